@@ -208,7 +208,8 @@ class DriveSummary:
             return ()
         first_s, last_s = self._first_ns / NS_PER_S, self._last_ns / NS_PER_S
         zero_s = first_s if given.from_first_frame else 0.0
-        if gaps_s := given.gaps_s(first_s - zero_s, last_s - zero_s):
+        gaps_s = given.gaps_s(first_s - zero_s, last_s - zero_s)
+        if gaps_s and self._own.given < self.frames:  # of a log the speeds are missing where pictures are
             return (
                 f"the own speed that was given is not used for {sum(gaps_s):.1f} s, as its samples there are "
                 f"more than {given.longest_step_s:.1f} s apart",

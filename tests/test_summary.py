@@ -10,6 +10,7 @@ from fcw.logs.records import CUT, NOTHING_SEEN, FrameResult
 from fcw.motion.state import OwnMotion, SpeedSource
 from fcw.summary import DriveSummary
 from fcw.tracking.types import SeenBy, Track
+from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningLevel, WarningState
 
 START_NS = 7_000_000_000  # spans are told from the first frame, wherever the source's clock starts
@@ -231,3 +232,14 @@ def test_a_given_standstill_while_the_picture_drives_is_told() -> None:
     assert summed(*(moved(k, 0.0, 17.0) for k in range(15))).all_notes == ()  # 1.4 s
     assert summed(*(moved(k, 0.0, 0.2) for k in range(31))).all_notes == ()
     assert summed(*(moved(k, None, 17.0) for k in range(31))).all_notes == ()
+
+
+def test_gaps_of_a_given_speed_are_told_where_there_are_pictures_in_them() -> None:
+    times_s = [7.0, 7.1, 7.2, 12.0, 12.1]
+    given = EgoSpeed(tuple(times_s), (20.0,) * 5)
+    pictures = [moved(round((time_s - 7.0) * 10), 20.0, 20.0) for time_s in times_s]
+    assert summed(*pictures).notes_on(given) == ()
+    (note,) = summed(*pictures[:3], moved(25, None, 20.0), *pictures[3:]).notes_on(given)
+    assert note == (
+        "the own speed that was given is not used for 4.8 s, as its samples there are more than 1.0 s apart"
+    )
