@@ -259,7 +259,7 @@ def test_a_calibration_of_another_shape_is_refused_before_anything_is_written(tm
 def test_a_calibration_that_its_maker_was_warned_of_is_told_with_the_drive(tmp_path):
     steep = fcw.Calibration.from_camera(replace(CAMERA, pitch_rad=math.radians(53.0), height_m=130.0), SIZE)
     for calibration, told in ((steep, True), (CALIBRATION, False)):
-        job = fcw.DriveJob("grey", tmp_path / "out", calibration, detector=OwnDetector())
+        job = fcw.DriveJob(Path("grey"), tmp_path / "out", calibration, detector=OwnDetector())
         outcome = fcw.run_drive(job, GreySource(), sinks=[Notebook()])
         wrong = [
             note for note in outcome.notes if note.startswith("the calibration looks wrong, so distances")
