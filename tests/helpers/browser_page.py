@@ -1,6 +1,7 @@
 """A page of the program in a real Chromium, as tests use it."""
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from playwright.sync_api import ConsoleMessage, Error, Page
@@ -107,6 +108,26 @@ class BrowserPage:
         self.page.mouse.down()
         self.page.mouse.move(*end, steps=steps)
         self.page.mouse.up()
+
+    def touch(self, *fingers: Sequence[tuple[float, float]]) -> None:
+        """Touches image pixels with fingers that come one by one and leave together.
+
+        Args:
+            fingers: where each comes down and goes on to; all to equally many places.
+        """
+        paths = [[self.screen_position(*place_px) for place_px in finger] for finger in fingers]
+        session = self.page.context.new_cdp_session(self.page)
+
+        def tell(kind: str, places: Iterable[tuple[float, float]]) -> None:
+            points = [{"id": number, "x": x, "y": y} for number, (x, y) in enumerate(places)]
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        for count in range(1, len(paths) + 1):
+            tell("touchStart", [path[0] for path in paths[:count]])
+        for step in range(1, len(paths[0])):
+            tell("touchMove", [path[step] for path in paths])
+        tell("touchEnd", [])
+        session.detach()
 
     def wheel(self, column_px: float, row_px: float, notches: int) -> None:
         """Turns the wheel over an image pixel, to zoom in (out, below 0), and waits until the view rests."""

@@ -96,6 +96,11 @@ class Reviewer:
         return self.row == row and self.picture == row
 
 
+def node_is_there(person: Reviewer, name: str) -> bool:
+    """Whether the scene has a node by now."""
+    return person.browser.page.evaluate("name => !!window.__viserMutable.nodeRefFromName[name]", name)
+
+
 def said_of(log: Path) -> Words:
     """What people said of a drive, as it is on the disk."""
     return read_review(DriveLog(log))[0]

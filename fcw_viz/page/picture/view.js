@@ -50,9 +50,18 @@ window.addEventListener("resize", sharpen);
 if (!new URLSearchParams(window.location.search).has("fixedDpr")) sharpen();
 window.__viserTestpoints.devSettings.set({ enableOrbitCrosshair: false });
 
+// What a finger touches captures it, and viser takes no click from a pointer that is captured. A finger is let go of
+// where it comes alone: of two that zoom or slide, neither taps, however still it is held.
+let several = false;
+canvas.addEventListener("pointerdown", ({ pointerId, isPrimary }) => {
+  several = !isPrimary;
+  if (isPrimary && canvas.hasPointerCapture(pointerId)) canvas.releasePointerCapture(pointerId);
+}, { capture: true });
+
 // The server is told the view's size in CSS pixels: marks keep their size for the eye, not for the graphics card.
 const send = viewer.sendMessage;
 viewer.sendMessage = (message) => {
+  if (message.type === "ScenePointerMessage" && several) return;
   if (message.type === "SceneNodeDragMessage") viewer.dragged?.(message.phase);
   send(
     message.type === "ViewerCameraMessage"

@@ -278,6 +278,24 @@ def test_on_a_phone_a_list_opens_within_the_window(
     assert person.browser.page.evaluate("innerWidth") == 390
 
 
+def test_on_a_phone_a_tap_on_the_picture_adds_a_point_and_sliding_it_none(
+    tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
+):
+    page = serve(pictures_of_demo_drive(tmp_path))
+    page.session.apply(SOMEBODY, ChooseWay(TAPE))
+    person = Person(open_page(page.url, window_px=(390, 844), phone=True))
+    (column_px, row_px), tapped_px = DEMO_MARKS_PX[:2]
+    before = person.browser.screen_position(*tapped_px)
+    person.browser.touch([(column_px, row_px), (column_px, row_px - 60), (column_px, row_px - 120)])
+    person.browser.wait_until_still()
+    assert person.browser.screen_position(*tapped_px)[1] < before[1] - 20
+    person.browser.touch([tapped_px])
+    wait_for(lambda: person.cursor_is_in("A, metres"))
+    (mark,) = page.session.state.document.marks
+    # A CSS pixel is this many of the picture's, whose whole width the phone has.
+    assert (mark.column_px, mark.row_px) == pytest.approx(tapped_px, abs=1280 / 390)
+
+
 def test_every_choice_of_dashes_is_read_whole(
     tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitFor
 ):

@@ -55,17 +55,42 @@ def test_nothing_tilts_or_rolls_the_view(server, open_page, wait_for):
     wait_for(lambda: tab.camera() == pytest.approx(level, abs=1e-6))
 
 
-def test_a_touch_slides_the_picture(server, open_page):
+def test_a_touch_slides_the_picture_and_adds_no_point(server, open_page):
     tab = open_page(server.url)
     level = tab.camera()
     x, y = tab.screen_position(*CENTRE)
-    touch = tab.page.context.new_cdp_session(tab.page)
-    for kind, dx in (("touchStart", 0), ("touchMove", 30), ("touchMove", 60), ("touchEnd", None)):
-        points = [] if dx is None else [{"x": x + dx, "y": y}]
-        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    there_px = (CENTRE[0] + 60, CENTRE[1])
+    there_x, _ = tab.screen_position(*there_px)
+    tab.touch([CENTRE, (CENTRE[0] + 30, CENTRE[1]), there_px])
     tab.wait_until_still()
     assert tab.camera()[3:] == pytest.approx(level[3:], abs=1e-9)
-    assert tab.screen_position(*CENTRE) == pytest.approx((x + 60, y), abs=1)
+    assert tab.screen_position(*CENTRE) == pytest.approx((there_x, y), abs=1)
+    assert there_x - x > 30
+    assert server.clicks == []
+
+
+def test_a_tap_is_a_click_and_two_fingers_only_zoom(server, open_page, wait_for):
+    tab = open_page(server.url)
+    tab.touch([PATCH])
+    wait_for(lambda: len(server.clicks) == 1)
+    assert server.clicks[0] == pytest.approx(PATCH, abs=0.6)
+
+    tab.touch([HANDLE])
+    wait_for(lambda: len(server.handle_clicks) == 1)
+    end_px = (523.0, 381.0)
+    tab.touch([HANDLE, (460.0, 420.0), end_px])
+    wait_for(lambda: bool(server.drags) and server.drags[-1][0] == "end")
+    assert server.drags[-1][1:] == pytest.approx(end_px, abs=0.6)
+
+    # One finger rests while the other one moves away from it.
+    scale = server.view.pixels_per_screen_pixel
+    tab.touch([CENTRE] * 4, [(CENTRE[0] + 100 * step, CENTRE[1]) for step in range(1, 5)])
+    tab.wait_until_still()
+    assert server.view.pixels_per_screen_pixel < 0.7 * scale
+    assert len(server.clicks) == 1
+    tab.touch([CENTRE])
+    wait_for(lambda: len(server.clicks) == 2)
+    assert server.clicks[1] == pytest.approx(CENTRE, abs=0.6)
 
 
 def test_ten_clicks_are_ten_points_in_order_and_a_click_outside_is_none(server, open_page, wait_for):

@@ -22,7 +22,7 @@ from review_drives import (
     WARNING_END_S,
     write_drive,
 )
-from review_helpers import OpenPage, Review, Reviewer, WaitFor, row_of, said_of
+from review_helpers import OpenPage, Review, Reviewer, WaitFor, node_is_there, row_of, said_of
 from running.programs import serve_page
 
 from fcw.annotation.records import Judgement, LabelledBox, Note, Reason, VehicleKind
@@ -312,11 +312,6 @@ def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
     field.press("Enter")
     wait_for(lambda: field.input_value() == "")
     assert [entry.said.text for entry in said_of(drive_log).notes] == ["a deer at the roadside"]
-
-
-def node_is_there(person: Reviewer, name: str) -> bool:
-    """Whether the scene has a node by now."""
-    return person.browser.page.evaluate("name => !!window.__viserMutable.nodeRefFromName[name]", name)
 
 
 def start(log: Path) -> tuple["subprocess.Popen[str]", str]:

@@ -1,0 +1,32 @@
+"""The review page under a finger: no mouse, no keyboard."""
+
+from pathlib import Path
+
+from review_drives import BOX, CAUTION_S, OTHER_BOX
+from review_helpers import OpenPage, Review, Reviewer, WaitFor, node_is_there, row_of, said_of
+
+WORST_ROW = row_of(CAUTION_S)
+
+
+def test_a_box_is_selected_by_a_tap_dragged_by_its_corner_and_put_back(
+    drive_log: Path, review: Review, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(review({"made": drive_log}).url, window_px=(768, 1024), phone=True))
+    wait_for(lambda: person.sees(WORST_ROW))
+    person.browser.page.get_by_role("tab", name="Boxes").tap()
+    person.browser.page.get_by_role("button", name="Correct boxes").tap()
+    wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
+    person.browser.wait_until_still()
+    # Slid with a finger on a box, the picture has none selected.
+    person.browser.touch([(OTHER_BOX.x + 9, OTHER_BOX.y + 9), (OTHER_BOX.x + 29, OTHER_BOX.y + 19)])
+    person.browser.wait_until_still()
+    person.browser.touch([(BOX.x + 20, BOX.y + 20)])
+    wait_for(lambda: node_is_there(person, "/handles/corner bottom right"))
+    person.browser.wait_until_still()
+    person.browser.touch(
+        [(BOX.right, BOX.bottom), (BOX.right + 20, BOX.bottom + 10), (BOX.right + 37, BOX.bottom + 21)]
+    )
+    wait_for(lambda: bool(said_of(drive_log).frames))
+    (label,) = said_of(drive_log).frames[WORST_ROW].labels.values()
+    assert label is not None
+    assert (label.box.x, label.box.y, label.track_id) == (BOX.x, BOX.y, 7)
