@@ -14,9 +14,9 @@ from fcw_viz.live_app.feed import HISTORY_S, NANOSECONDS
 from fcw_viz.live_app.latency import LatencyFigures
 from fcw_viz.page.channel import says, says_size
 from fcw_viz.page.keys import help_table
-from fcw_viz.page.style import STYLE, set_html, text_block
+from fcw_viz.page.style import set_html, text_block
 from fcw_viz.review_app.drive import time_text
-from fcw_viz.review_app.panels.layout import OWN_STYLE, PANEL_WIDTH_PX
+from fcw_viz.review_app.panels.layout import PAGE_STYLE, PANEL_WIDTH_PX
 from fcw_viz.review_app.plots.area import figures_html, plots_html
 from fcw_viz.review_app.plots.plot import make_plots
 from fcw_viz.review_app.plots.signals import LIVE
@@ -70,7 +70,7 @@ class LivePanels:
         self._layout = FIRST_LAYOUT
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH_PX)
-        gui.add_html(f"{STYLE}<style>{OWN_STYLE}{LIVE_STYLE}</style>")
+        gui.add_html(f"{PAGE_STYLE}<style>{LIVE_STYLE}</style>")
         self._sizes = gui.add_html("")
         gui.add_html(f'<div class="fcw-strip" {says_size("strip")}></div>')
         self._plots = gui.add_html("")

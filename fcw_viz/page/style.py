@@ -6,10 +6,18 @@ from pathlib import Path
 import viser
 
 STYLE = f"<style>{Path(__file__).with_suffix('.css').read_text()}</style>"
-SHEET_STYLE = f"<style>{Path(__file__).with_name('sheet.css').read_text()}</style>"
-"""The picture first and the panel as a sheet below it, in small windows that are higher than wide."""
+_SHEET = Path(__file__).with_name("sheet.css").read_text()
 CROSSHAIR_STYLE = "<style>canvas[data-engine], div:has(> canvas) { cursor: crosshair !important; }</style>"
 """For pages on whose picture a click is a measurement."""
+
+
+def sheet_style(widest_px: int) -> str:
+    """The picture first and the panel as a sheet below it, in small windows that are higher than wide.
+
+    Args:
+        widest_px: of these windows; at most 900.
+    """
+    return f'<style media="(max-width: {widest_px}px)">{_SHEET}</style>'
 
 
 def text_block(html: str) -> str:

@@ -13,11 +13,12 @@ from fcw_viz.calibrate_app.document.ways.ways import VEHICLES
 from fcw_viz.calibrate_app.panels.camera.besides import LOOKING_WORDS, looked_words
 from fcw_viz.calibrate_app.proposals.drive_look import Look
 from fcw_viz.page.channel import leads_to, says
-from fcw_viz.page.style import CROSSHAIR_STYLE, SHEET_STYLE, STYLE, set_html, text_block
+from fcw_viz.page.style import CROSSHAIR_STYLE, STYLE, set_html, sheet_style, text_block
 
 GOOD_ERROR = 0.1
 """An error of a tenth at the distance of the quality sentence may be called good."""
-
+SHEET_WIDEST_PX = 900
+"""A window that is higher than wide has the panel below the picture, up to this width."""
 
 WAY_TO_TROUBLE = f'<button class="fcw-link" {leads_to("Calibrate", "trouble")}>Show it</button>'
 
@@ -31,7 +32,7 @@ class Guide:
         self._desk = desk
         # The colours of a page are those of its root: the docked panel's width is told there, too.
         docked = f"<style>:root {{ --fcw-docked: {docked_px}px; }}</style>"
-        gui.add_html(f"{STYLE}{docked}{SHEET_STYLE}{CROSSHAIR_STYLE}")
+        gui.add_html(f"{STYLE}{docked}{sheet_style(SHEET_WIDEST_PX)}{CROSSHAIR_STYLE}")
         desk.channel.on("save", lambda _: desk.save())
         self._banner = gui.add_html("")
         self._notices = gui.add_html("")

@@ -6,7 +6,7 @@ from pathlib import Path
 from fcw_viz.page.channel import enters, keeps_scroll, says, says_size
 from fcw_viz.page.keys import help_table
 from fcw_viz.page.panel import add_page_panel
-from fcw_viz.page.style import STYLE, set_html, text_block
+from fcw_viz.page.style import STYLE, set_html, sheet_style, text_block
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.desk import NOTE_ID, Desk
 from fcw_viz.review_app.drive import duration_text, utc_text
@@ -29,7 +29,13 @@ NOTE_FIELD = (
     f'<input type="text" {enters(NOTE_ID, "note", key="t")} '
     'placeholder="Note on this moment (T); Enter saves it" autocomplete="off">'
 )
-OWN_STYLE = Path(__file__).with_name("review_page.css").read_text()
+SHEET_WIDEST_PX = 699
+"""A window that is higher than wide has the panel below the strip, up to this width; a wider one, as
+review_page.css has it, beside the strip."""
+PAGE_STYLE = (
+    f"{STYLE}{sheet_style(SHEET_WIDEST_PX)}"
+    f"<style>{Path(__file__).with_name('review_page.css').read_text()}</style>"
+)
 
 
 def first_list(session: ReviewSession, title: str, asked: DriveFilter) -> str:
@@ -37,7 +43,7 @@ def first_list(session: ReviewSession, title: str, asked: DriveFilter) -> str:
     cards, unfinished = session.cards, session.folder.unfinished
     listed = folder_html(title, cards, session.unread, FIRST_FOLDER_PX, asked, unfinished=unfinished)
     return (
-        f"{STYLE}<style>{OWN_STYLE}</style>{filter_html(asked, Choices.of(cards, unfinished), False)}"
+        f"{PAGE_STYLE}{filter_html(asked, Choices.of(cards, unfinished), False)}"
         f'<div class="fcw-folder">{listed}</div>'
     )
 
@@ -59,7 +65,7 @@ class Panels:
         self._folder_px = FIRST_FOLDER_PX
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH_PX)
-        gui.add_html(f"{STYLE}<style>{OWN_STYLE}</style>")
+        gui.add_html(PAGE_STYLE)
         self._sizes = gui.add_html("")
         self._filter, self._folder = gui.add_html(""), gui.add_html("")
         self._choices: Choices | None = None

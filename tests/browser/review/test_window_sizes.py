@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from review_helpers import OpenPage, Review, Reviewer, WaitFor
 
-WINDOWS_PX = ((1400, 900), (1220, 700), (900, 700), (768, 1024), (700, 700), (390, 844))
+WINDOWS_PX = ((1400, 900), (1220, 700), (900, 700), (768, 1024), (700, 700), (600, 960), (390, 844))
 # Left, top, right and bottom of what is seen.
 RECTANGLE = """selector => {
   const { left, top, right, bottom } = document.querySelector(selector).getBoundingClientRect();
@@ -86,6 +86,8 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
             assert right <= width_px + 1
             assert bottom <= height_px + 1
             assert all(overlap_px(one, other) < 1 for other in parts[number + 1 :]), (width_px, parts)
+        # A window that is not wider than high has the picture over all else.
+        assert (parts[0][2] >= width_px - 1) == (height_px >= width_px)
         assert plots[2] <= parts[1][2]
         assert plots[3] <= parts[1][3] + 1
         assert page.evaluate(UNREACHED, ".fcw-verdicts button, .fcw-drive button") == []
