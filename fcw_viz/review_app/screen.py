@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 from fcw.logs.overlay import Rgb
+from fcw.logs.records import FrameResult
 from fcw.units import distance_text
 from fcw_viz.page.picture.hover import HoverHints
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, box_line
@@ -45,6 +46,7 @@ class Screen:
         birds_eye: the picture's drive from above.
         hover: what there is to know of the vehicle under the mouse.
         overlay_shown: whether anything is drawn over the picture.
+        result: what the log says of the frame that is shown; None before there is one.
         window_name: how much of the drive the plots show, one of `WINDOWS_S`.
     """
 
@@ -73,6 +75,7 @@ class Screen:
         self.birds_eye = BirdsEye(tab.client, tab.view)
         self.hover = HoverHints(tab.view, tab.client)
         self.overlay_shown = True
+        self.result: FrameResult | None = None
         self.window_name = DEFAULT_WINDOW
 
     def open(self, drive: Drive, pictures: FramePictures) -> None:
@@ -106,7 +109,7 @@ class Screen:
         for reader in (self._frames, self._signals):
             if reader is not None:
                 reader.close()
-        self._frames = self._signals = None
+        self._frames = self._signals = self.result = None
         self.hover.show(None)
         self._strip.hide()
 
@@ -226,7 +229,7 @@ class Screen:
         if self._frames is None:
             return
         row = self._place.row
-        result = self._frames.result(row)
+        result = self.result = self._frames.result(row)
         # Boxes that are corrected stand over a bare picture.
         drawn = result if self.overlay_shown and not self._boxes.active else None
         image, trouble = self._frames.image(row, drawn)

@@ -132,6 +132,12 @@ def _overlap_words(overlap_m: float, imperial: bool) -> str:
     return text if overlap_m > 0 else f"none, {text} apart"
 
 
+def moment_words(warning: WarningState, imperial: bool) -> str:
+    """The warning of a moment and its reason, without the figures that stand beside the plots."""
+    level = warning.level.name.capitalize()
+    return f"{level}: {reason(warning, imperial)}" if warning.level is not WarningLevel.NONE else "No warning"
+
+
 def interval_words(track: Track, imperial: bool) -> str:
     """The interval of a distance: two times out of three it is in there."""
     low = distance_text(track.distance_low_m, imperial)

@@ -17,7 +17,14 @@ from fcw_viz.review_app.drive_card import DriveCard
 from fcw_viz.review_app.panels.event_list import list_html, verdict_html
 from fcw_viz.review_app.panels.moment_list import event_words
 from fcw_viz.review_app.place import list_order
-from fcw_viz.review_app.words import KIND_TITLES, event_line, verdict_counts, verdict_words, why
+from fcw_viz.review_app.words import (
+    KIND_TITLES,
+    event_line,
+    moment_words,
+    verdict_counts,
+    verdict_words,
+    why,
+)
 
 
 def row(time_s: float) -> int:
@@ -28,6 +35,11 @@ def test_kinds_of_events_are_called_what_the_tables_call_them():
     assert {kind: title.lower() for kind, title in KIND_TITLES.items()} == {
         kind: kind for kind in get_args(EventKind)
     }
+
+
+def test_the_words_of_a_moment_are_its_level_and_reason():
+    assert moment_words(result(row(WARNING_S)).told_warning, False) == "Warning: short time to collision"
+    assert moment_words(result(row(2.0)).told_warning, False) == "No warning"
 
 
 def test_why_a_warning_came_is_its_level_rule_ttc_distance_with_interval_and_closing_speed():

@@ -3,6 +3,8 @@
 from html import escape
 from pathlib import Path
 
+from fcw.charts.svg import css_color
+from fcw.logs.overlay import LEVEL_COLORS
 from fcw_viz.page.channel import enters, keeps_scroll, says, says_size
 from fcw_viz.page.keys import help_table
 from fcw_viz.page.panel import add_page_panel
@@ -22,6 +24,7 @@ from fcw_viz.review_app.runs.panel import runs_html
 from fcw_viz.review_app.session import ReviewSession
 from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
 from fcw_viz.review_app.triage.filter_bar import Choices, filter_html, goes_on_html
+from fcw_viz.review_app.words import moment_words
 
 PANEL_WIDTH_PX = 350
 FIRST_FOLDER_PX = 1040.0
@@ -71,6 +74,7 @@ class Panels:
         self._choices: Choices | None = None
         self._shown_list: Listed | None = None
         self._most = MOST_LISTED
+        self._moment = gui.add_html("")
         self._head = gui.add_html("")
         self._troubles = gui.add_html("")
         self._note = gui.add_html(text_block(NOTE_FIELD), visible=False)
@@ -100,6 +104,7 @@ class Panels:
             f"<style>:root {{ --fcw-docked: {PANEL_WIDTH_PX}px; --fcw-aspect: {aspect:.5f}; }}</style>",
         )
         self._tabs.visible = self._note.visible = drive is not None
+        set_html(self._moment, self._moment_html())
         set_html(self._head, text_block(self._head_html()))
         troubles = () if drive is None else self._place.review.troubles
         set_html(self._troubles, text_block(troubles_html(troubles)) if troubles else "")
@@ -153,6 +158,15 @@ class Panels:
             self._folder,
             f'<div class="fcw-folder" {says_size("folder")} {keeps_scroll("folder")}>{html}</div>',
         )
+
+    def _moment_html(self) -> str:
+        """The warning of the moment, for windows in which nobody can read it on the picture."""
+        result = self._desk.screen.result
+        if self._place.drive is None or result is None:
+            return ""
+        words = moment_words(result.told_warning, self._place.drive.header.imperial)
+        color = css_color(LEVEL_COLORS[result.warning.level])
+        return text_block(f'<p class="fcw-moment" style="--level: {color}">{escape(words)}</p>')
 
     def _head_html(self) -> str:
         drive, session = self._place.drive, self._place.session

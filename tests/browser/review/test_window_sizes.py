@@ -92,10 +92,12 @@ def test_strip_picture_panel_and_list_stand_beside_each_other(
         assert plots[3] <= parts[1][3] + 1
         assert page.evaluate(UNREACHED, ".fcw-verdicts button, .fcw-drive button") == []
         assert len(set(page.evaluate(TAB_ROWS))) == 1
+        assert page.locator(".fcw-moment").is_visible() == (width_px < 700)
     # Back in the first window it is as it was.
     page.set_viewport_size({"width": WINDOWS_PX[0][0], "height": WINDOWS_PX[0][1]})
     wait_for(lambda: page.evaluate(RECTANGLE, PANEL) == first_panel)
     page.set_viewport_size({"width": 390, "height": 844})
+    wait_for(lambda: person.words(".fcw-moment") == "Caution: short time to collision")
     person.press("b")
     wait_for(lambda: page.locator(f"{PANEL} img:visible").count() == 1)
     # Seen from above, what is judged stands in sight under the small picture.
