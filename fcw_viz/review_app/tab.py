@@ -86,6 +86,7 @@ class Tab(PageTab):
             "note": desk.keep_note,
             "unjudged": lambda _: desk.next_unjudged(),
             "goeson": self._switch_goes_on,
+            "undo": lambda _: desk.undo(),
             "more": lambda _: self._panels.show_more(),
             **filter_messages(lambda: desk.place.asked, desk.ask),
         }.items():

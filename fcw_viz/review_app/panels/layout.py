@@ -180,6 +180,7 @@ class Panels:
             if session.folder.several
             else ""
         )
+        off = "" if self._desk.annotating.last_drive else " disabled"
         torn = "" if drive.complete else " · not finished"
         date = "" if drive.zero_utc_ns is None else f"{utc_text(drive.zero_utc_ns, True)} · "
         return (
@@ -187,7 +188,8 @@ class Panels:
             f"{escape(drive.name)}</b>"
             f"<span>{back}</span></div>"
             f'<div class="fcw-triage"><button {says("unjudged:")} title="Next unjudged event (U)">'
-            f"Next unjudged</button>{goes_on_html(self._place.goes_on)}</div>"
+            f"Next unjudged</button>{goes_on_html(self._place.goes_on)}"
+            f'<button {says("undo:")} title="Undo (Ctrl Z)"{off}>Undo</button></div>'
             f'<p class="dim">{date}{duration_text(drive.duration_s)} · {header.image_size} · '
             f"{escape(header.detector)}{torn} · reviewed as {escape(session.reviewer)}</p>"
         )

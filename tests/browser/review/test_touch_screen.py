@@ -17,9 +17,12 @@ def test_a_box_is_selected_by_a_tap_dragged_by_its_corner_and_put_back(
     person.browser.page.get_by_role("button", name="Correct boxes").tap()
     wait_for(lambda: node_is_there(person, "/lines/boxes/lines_8"))
     person.browser.wait_until_still()
-    # Slid with a finger on a box, the picture has none selected.
+    undo = person.browser.page.get_by_role("button", name="Undo")
+    assert undo.is_disabled()
+    # Sliding the picture by a box does not select that one.
     person.browser.touch([(OTHER_BOX.x + 9, OTHER_BOX.y + 9), (OTHER_BOX.x + 29, OTHER_BOX.y + 19)])
     person.browser.wait_until_still()
+    assert not node_is_there(person, "/handles/corner bottom right")
     person.browser.touch([(BOX.x + 20, BOX.y + 20)])
     wait_for(lambda: node_is_there(person, "/handles/corner bottom right"))
     person.browser.wait_until_still()
@@ -30,3 +33,7 @@ def test_a_box_is_selected_by_a_tap_dragged_by_its_corner_and_put_back(
     (label,) = said_of(drive_log).frames[WORST_ROW].labels.values()
     assert label is not None
     assert (label.box.x, label.box.y, label.track_id) == (BOX.x, BOX.y, 7)
+    wait_for(undo.is_enabled)
+    undo.tap()
+    wait_for(lambda: not said_of(drive_log).frames)
+    wait_for(undo.is_disabled)
