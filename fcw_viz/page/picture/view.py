@@ -50,6 +50,7 @@ class PictureView(PictureCamera):
         self._on_click: list[Callable[[float, float], None]] = []
         self._on_view_change: list[Callable[[], None]] = []
         self._on_box: Callable[[float, float, float, float], None] | None = None
+        self._draws_boxes = False
         self._handles: dict[str, Handle] = {}
         self._seen: tuple[float, ...] = ()
         self._view_change_waits = False
@@ -141,6 +142,16 @@ class PictureView(PictureCamera):
     def on_box(self, callback: Callable[[float, float, float, float], None] | None) -> None:
         """Calls back with left, top, right and bottom of a box drawn with Shift; None zooms to it again."""
         self._on_box = callback
+
+    def draw_boxes(self, always: bool) -> None:
+        """From now on every drag draws a box, as a finger has no Shift, or again only one with Shift."""
+        if always == self._draws_boxes:
+            return
+        self._draws_boxes = always
+        if always:
+            self._client.scene.on_rect_select()(self._box_drawn_bare)  # pyright: ignore[reportArgumentType]
+        else:
+            self._client.scene.remove_rect_select_callback(self._box_drawn_bare)
 
     def on_view_change(self, callback: Callable[[], None]) -> None:
         """Calls back after zooming, sliding and resizing; several changes in a row may come as one."""
@@ -287,3 +298,7 @@ class PictureView(PictureCamera):
         column_px = left + (x0 + x1) / 2 * (right - left)
         row_px = top + (y0 + y1) / 2 * (bottom - top)
         self.run_in_order(self.zoom_to, column_px, row_px, across_px)
+
+    async def _box_drawn_bare(self, event: viser.SceneRectSelectEvent) -> None:
+        # viser knows its callbacks by themselves: this one is taken away, and that of Shift stays.
+        await self._box_drawn(event)

@@ -15,6 +15,7 @@ BOXES = "Boxes"
 """The name of its tab."""
 START, STOP = "Correct boxes (E)", "Done (E)"
 DELETE, IGNORE = "Delete", "Ignore / use"
+DRAW, DRAWING = "Draw a box", "Drag on the picture, or press here to stop"
 CONFIRM = "All boxes are right (C)"
 
 
@@ -26,9 +27,11 @@ class BoxesPanel:
         self._switch = gui.add_button(START, icon=viser.Icon.PENCIL)
         self._words = gui.add_html("")
         self._selected = gui.add_button_group("Box", (DELETE, IGNORE), visible=False)
+        self._draw = gui.add_button(DRAW, icon=viser.Icon.SQUARE_PLUS, color="gray", visible=False)
         self._confirm = gui.add_button(CONFIRM, icon=viser.Icon.CHECK, color="gray", visible=False)
         on_button(self._switch, run, switch)
         on_press(self._selected, run, {DELETE: boxes.delete, IGNORE: boxes.switch_ignored})
+        on_button(self._draw, run, boxes.switch_drawing)
         on_button(self._confirm, run, boxes.confirm)
 
     def show(self) -> None:
@@ -36,7 +39,8 @@ class BoxesPanel:
         boxes = self._boxes
         self._switch.label = STOP if boxes.active else START
         self._selected.visible = boxes.active and boxes.selected is not None
-        self._confirm.visible = boxes.active
+        self._draw.visible = self._confirm.visible = boxes.active
+        self._draw.label = DRAWING if boxes.draws else DRAW
         set_html(self._words, text_block(self._html()))
 
     def _html(self) -> str:

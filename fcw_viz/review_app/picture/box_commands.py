@@ -70,9 +70,9 @@ class BoxCommands:
         if label.rear_box is not None:
             self._boxes.change(replace(label, rear_box=None))
             return
-        self._boxes.draws_rear = not self._boxes.draws_rear
+        self._boxes.switch_drawing(rear=True)
         if self._boxes.draws_rear:
-            self._notify("Draw the rear face", "Shift and drag, over the selected box.")
+            self._notify("Draw the rear face", "Drag over the selected box.")
 
     def copy_on(self) -> None:
         """Put the selected box into the next frame as it stands, and go there."""

@@ -51,6 +51,7 @@ class BoxEditor:
     Attributes:
         active: whether boxes are corrected now.
         selected: id of the box that is worked on; None for none.
+        draws: whether the next drag draws a box, also without Shift.
         draws_rear: whether the next box that is drawn is the rear face of the selected one.
     """
 
@@ -78,7 +79,7 @@ class BoxEditor:
         self._dragged: tuple[str, LabelledBox] | None = None
         self._sides: Sides | None = None
         self._taken_px: Point = (0.0, 0.0)
-        self.draws_rear = False
+        self.draws = self.draws_rear = False
         self._labels: dict[str, LabelledBox] = {}
         self._last: tuple[str, LabelledBox] | None = None
         self.active = False
@@ -93,7 +94,8 @@ class BoxEditor:
 
     def stop(self) -> None:
         """Put the tool away."""
-        self.active, self.selected, self.draws_rear = False, None, False
+        self.active = self.draws = self.draws_rear = False
+        self.selected = None
         self._dragged = self._sides = self._hovered = None
         self._view.on_box(None)
         self.redraw()
@@ -118,11 +120,20 @@ class BoxEditor:
             place = order.index(self.selected) + 1 if self.selected in order else 0
             self._select(order[place % len(order)])
 
+    def switch_drawing(self, rear: bool = False) -> None:
+        """Have the next drag draw a box, or the selected one's rear face, and nothing else; or no longer."""
+        self._check_active()
+        self.draws = not self.draws or self.draws_rear != rear
+        self.draws_rear = self.draws and rear
+        self.redraw()
+        self._show_panels()
+
     def draw(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> None:
         """Take a box that was drawn: the selected one's where the frame has none of it, else another one."""
         box = self._inside(left_px, top_px, right_px, bottom_px)
         if is_slip(box):
             raise UserError(f"this box is smaller than {SMALLEST_PX:g} pixels; draw it larger, or zoom in")
+        self.draws = False
         if self.draws_rear:
             box_id, label = self.told()
             self.draws_rear = False
@@ -176,6 +187,7 @@ class BoxEditor:
 
     def redraw(self) -> None:
         """Show the boxes of the frame, the selected one with its corners."""
+        self._view.draw_boxes(self.draws)
         if not self.active or self._place.drive is None:
             self._labels = {}
             self._show_handles(None)
@@ -190,7 +202,7 @@ class BoxEditor:
         with self._client.atomic():
             lines = [self._lines_of(box_id, label) for box_id, label in self._labels.items()]
             self._draw([line for of_one in lines for line in of_one])
-            self._show_handles(self._labels[self.selected] if self.selected else None)
+            self._show_handles(self._labels[self.selected] if self.selected and not self.draws else None)
             self._show_area()
 
     def _keep_selected(self) -> None:
@@ -274,7 +286,7 @@ class BoxEditor:
 
     def _show_area(self) -> None:
         shown = self._hovered if self._hovered in self._labels else self.selected
-        self._area.show(self._labels[shown].box if shown in self._labels else None)
+        self._area.show(self._labels[shown].box if shown in self._labels and not self.draws else None)
 
     def _show_handles(self, label: LabelledBox | None) -> None:
         places = {} if label is None else self._grip_places(self._sides or _sides(label.box))
@@ -364,8 +376,7 @@ class BoxEditor:
         return min(hit)[1] if hit else None
 
     def _select(self, box_id: str | None) -> None:
-        if box_id != self.selected:
-            self.draws_rear = False
+        self.draws = self.draws_rear = False
         self.selected = box_id
         self.redraw()
         self._show_panels()

@@ -50,6 +50,25 @@ def test_a_box_drawn_or_dragged_out_of_the_picture_is_no_label(place: Place):
     assert labels(place) == []
 
 
+def test_what_is_drawn_next_is_asked_for_once_and_left_by_asking_again_or_by_a_click(place: Place):
+    editor = corrects(place)
+    editor.switch_drawing()
+    assert editor.draws
+    editor.switch_drawing(rear=True)
+    assert editor.draws
+    editor.draw(BOX.x + 10, BOX.y + 10, BOX.x + 40, BOX.y + 40)
+    (label,) = labels(place)
+    assert label is not None
+    assert label.rear_box == Box(BOX.x + 10, BOX.y + 10, 30.0, 30.0)
+    assert not editor.draws
+    editor.switch_drawing(rear=True)
+    editor.switch_drawing(rear=True)
+    assert (editor.draws, editor.draws_rear) == (False, False)
+    editor.switch_drawing()
+    editor.click(BOX.x + 1, BOX.y + 1)
+    assert not editor.draws
+
+
 def test_a_rear_face_is_cut_at_the_edge_of_the_picture_with_its_box(place: Place):
     editor = corrects(place)
     rear = Box(BOX.x + 40, BOX.y, 40.0, BOX.h)
