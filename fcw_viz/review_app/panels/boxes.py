@@ -29,6 +29,7 @@ class BoxesPanel:
         self._selected = gui.add_button_group("Box", (DELETE, IGNORE), visible=False)
         self._draw = gui.add_button(DRAW, icon=viser.Icon.SQUARE_PLUS, color="gray", visible=False)
         self._confirm = gui.add_button(CONFIRM, icon=viser.Icon.CHECK, color="gray", visible=False)
+        self._help = gui.add_html(text_block(_HELP), visible=False)
         on_button(self._switch, run, switch)
         on_press(self._selected, run, {DELETE: boxes.delete, IGNORE: boxes.switch_ignored})
         on_button(self._draw, run, boxes.switch_drawing)
@@ -39,7 +40,7 @@ class BoxesPanel:
         boxes = self._boxes
         self._switch.label = STOP if boxes.active else START
         self._selected.visible = boxes.active and boxes.selected is not None
-        self._draw.visible = self._confirm.visible = boxes.active
+        self._draw.visible = self._confirm.visible = self._help.visible = boxes.active
         self._draw.label = DRAWING if boxes.draws else DRAW
         set_html(self._words, text_block(self._html()))
 
@@ -56,7 +57,6 @@ class BoxesPanel:
         return (
             f"<p><b>{count} box{'es' * (count != 1)}</b> on this frame, {edited} corrected.</p>{confirmed}"
             f"{'' if boxes.selected is None else _selected_html(boxes.told()[1], boxes.draws_rear)}"
-            f"{_HELP}"
         )
 
 
