@@ -26,7 +26,7 @@ def test_a_box_is_selected_by_a_tap_dragged_by_its_corner_put_back_and_another_o
     person.browser.touch([(OTHER_BOX.x + 9, OTHER_BOX.y + 9), (OTHER_BOX.x + 29, OTHER_BOX.y + 19)])
     person.browser.wait_until_still()
     assert not node_is_there(person, "/handles/corner bottom right")
-    person.browser.touch([(BOX.x + 20, BOX.y + 20)])
+    person.browser.touch([(BOX.x + BOX.w / 2, BOX.y + BOX.h / 2)])
     wait_for(lambda: node_is_there(person, "/handles/corner bottom right"))
     person.browser.wait_until_still()
     person.browser.touch(
@@ -57,6 +57,7 @@ def test_a_box_is_selected_by_a_tap_dragged_by_its_corner_put_back_and_another_o
     assert (label.box.right, label.box.bottom) == pytest.approx((drawn.right, drawn.bottom), abs=pixel)
     # Then fingers slide again.
     wait_for(lambda: node_is_there(person, "/handles/corner bottom right"))
+    person.browser.wait_until_still()
     assert person.browser.camera() == camera
     person.browser.touch([(500, 60), (460, 60), (400, 60)])
     wait_for(lambda: person.browser.camera() != camera)
