@@ -11,8 +11,8 @@ class Parts:
     def __init__(self) -> None:
         self.added: list[Any] = []
 
-    def add_html(self, content: str) -> Any:
-        self.added.append(SimpleNamespace(content=content))
+    def add_html(self, content: str, visible: bool = True) -> Any:
+        self.added.append(SimpleNamespace(content=content, visible=visible))
         return self.added[-1]
 
     def __getattr__(self, name: str) -> Any:
