@@ -307,3 +307,9 @@ def test_pictures_too_large_to_have_several_under_way_are_refused(tmp_path):
     with pytest.raises(fcw.UserError, match="pictures of 16000x1100; expected at most 16,777,216 pixels"):
         fcw.run_drive(fcw.DriveJob(tmp_path, tmp_path / "out"))
     assert fcw.open_source(tmp_path).image_size.width == 16000
+
+
+def test_pictures_in_which_nothing_can_be_seen_are_refused(tmp_path):
+    cv2.imwrite(str(tmp_path / "0.png"), np.zeros((1, 50, 3), np.uint8))
+    with pytest.raises(fcw.UserError, match="pictures of 50x1; expected sides of at least 8"):
+        fcw.run_drive(fcw.DriveJob(tmp_path, tmp_path / "out"))

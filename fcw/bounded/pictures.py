@@ -20,6 +20,8 @@ MOST_PIXELS = 48 << 20
 MOST_DRIVE_PIXELS = 16 << 20
 """Of each of a drive's, of which several are under way at once; action cameras have 5312x2988."""
 LONGEST_SIDE_PX = 16384
+SHORTEST_SIDE_PX = 8
+"""Of a drive's pictures: smaller ones have no room for a corner to follow."""
 _PNG = b"\x89PNG\r\n\x1a\n"
 DECODER_OPTIONS = {"max_pixels": str(MOST_DRIVE_PIXELS)}
 """With these FFmpeg's decoders refuse a larger picture before they make room for it."""
@@ -55,7 +57,7 @@ def within_bounds(width: int, height: int, most_pixels: int = MOST_PIXELS) -> bo
 
 
 def check_drive_size(drive: object, width: int, height: int) -> None:
-    """See that a drive's pictures are not too large to have several of them under way.
+    """See that a drive's pictures are not too large to have several of them under way, nor next to nothing.
 
     Args:
         drive: for the message.
@@ -65,6 +67,11 @@ def check_drive_size(drive: object, width: int, height: int) -> None:
     Raises:
         UserError: they are.
     """
+    if min(width, height) < SHORTEST_SIDE_PX:
+        raise UserError(
+            f"{drive}: pictures of {width}x{height}; expected sides of at least {SHORTEST_SIDE_PX} pixels: in "
+            "these nothing can be seen"
+        )
     if not within_bounds(width, height, MOST_DRIVE_PIXELS):
         raise UserError(
             f"{drive}: pictures of {width}x{height}; expected at most {MOST_DRIVE_PIXELS:,} pixels "

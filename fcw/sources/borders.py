@@ -26,6 +26,8 @@ FEWEST = 2
 LARGEST_DETAIL, LARGEST_CHANGE = 0.2, 0.1
 """What is beyond has at most so much of the picture's detail, or of its change. In those clips it has 0.24
 and more of the one, 0.32 and more of the other; in the frames 0.05 of one of them at most."""
+SMALLEST_PX = 16
+"""A smaller picture has no room for a frame."""
 LEAST_CHANGE = 1.0
 """Of the picture in grey values: less does not tell a frame from a scene that stands."""
 FloatArray = NDArray[np.float32]
@@ -55,6 +57,8 @@ class Borders:
 
     def see(self, image: NDArray[np.uint8]) -> None:
         """Take a picture, (height, width, 3) BGR."""
+        if min(image.shape[:2]) < SMALLEST_PX:
+            return
         green = image[:, :, 1].astype(np.int16)
         change = None if self._last is None else np.abs(green - self._last)
         down, across = (np.abs(np.diff(green, axis=axis)) for axis in (0, 1))
@@ -85,6 +89,8 @@ class Borders:
 def _margins(sides: list[_Side]) -> NDArray[np.int64]:
     """Of both sides of one direction."""
     none = np.zeros(2, np.int64)
+    if not sides:
+        return none
     first, last, step = _edges(np.min([side.edge for side in sides], axis=0))
     if step < LEAST_EDGE:
         return none

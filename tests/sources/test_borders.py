@@ -102,3 +102,12 @@ def test_what_is_there_for_a_while_is_no_frame():
     framed = [of_one_colour(view[30:150, 40:280], 40, 30, 255) for view in plain]
     assert margins(framed) == [40, 40, 30, 30]
     assert margins([*framed[:3], plain[3]]) == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 50), (50, 1), (2, 300), (15, 16), (16, 16)])
+def test_tiny_pictures_have_none(shape: tuple[int, int]):
+    borders = Borders()
+    for seed in range(3):
+        borders.see(np.random.default_rng(seed).integers(0, 256, (*shape, 3), dtype=np.uint8))
+    assert not borders.may_be
+    assert not borders.margins.any()
