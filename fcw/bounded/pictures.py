@@ -69,8 +69,8 @@ def check_drive_size(drive: object, width: int, height: int) -> None:
     """
     if min(width, height) < SHORTEST_SIDE_PX:
         raise UserError(
-            f"{drive}: pictures of {width}x{height}; expected sides of at least {SHORTEST_SIDE_PX} pixels: in "
-            "these nothing can be seen"
+            f"{drive}: pictures of {width}x{height}; expected sides of at least {SHORTEST_SIDE_PX} pixels: "
+            "in these nothing can be seen"
         )
     if not within_bounds(width, height, MOST_DRIVE_PIXELS):
         raise UserError(
