@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fcw.box import Box
 from fcw.detection.asking import vehicles_in
@@ -23,6 +23,7 @@ from fcw.logs.records import CUT, NOTHING_SEEN, DriveHeader, FrameResult, Sink, 
 from fcw.motion.aiming import Aims, take_aim
 from fcw.motion.ego import Ego, EgoEstimator
 from fcw.motion.flow.cuts import Follows
+from fcw.sources.repeated import RepeatedPictures
 from fcw.threads import one_opencv_thread
 from fcw.threat.of_tracker import judge_tracks, track_frame
 from fcw.tracking.tracker import Tracker
@@ -93,8 +94,12 @@ def run_pipeline(
         schedule = SearchSchedule(source.frame_rate_hz, stages.search_hz)
         stop = stop or threading.Event()
         frames = stack.enter_context(closing(detected_frames(source, stages, aims, schedule, stop)))
-        for frame, detections, ego, packets in frames:
-            result = follow(frame, detections, ego, stages)
+        result = None
+        for frame, repeats, detections, ego, packets in frames:
+            if result is not None and repeats and ego.follows is Follows.SAME_VIEW:
+                result = again(result, frame)
+            else:
+                result = follow(frame, detections, ego, stages)
             aims.believe(stages.tracker.believed_mount)
             for sink in stages.sinks:
                 sink.write(result, packets)
@@ -134,10 +139,24 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
     )
 
 
+def again(result: FrameResult, frame: Frame) -> FrameResult:
+    """What is believed after a frame that shows the picture before once more: the same."""
+    notes = tuple(note for note in result.notes if note != CUT)
+    return replace(
+        result,
+        index=frame.index,
+        time_ns=frame.time_ns,
+        detections=(),
+        notes=notes,
+        searched=False,
+        repeated=True,
+    )
+
+
 _Found = tuple[Detection, ...] | None
-_Detected = tuple[Frame, _Found, Ego, tuple[VideoPacket, ...]]
+_Detected = tuple[Frame, bool, _Found, Ego, tuple[VideoPacket, ...]]
 _Stream = Generator[_Detected, None, None]
-_Pending = tuple[Frame, Aim, Future[_Found], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
+_Pending = tuple[Frame, bool, Aim, Future[_Found], Future[Ego], Future[tuple[VideoPacket, ...]] | None]
 
 _UNSEARCHED: Future[_Found] = Future()
 _UNSEARCHED.set_result(None)
@@ -163,15 +182,15 @@ def _in_one_thread(
         known = _known(stages, frame, aim, aims.first)
         return _search(stages.detectors[0], frame, aim) if known is None else known
 
-    ego, encoder = _Ourselves(stages), _encoder(source, stages)
+    ego, encoder, shown = _Ourselves(stages), _encoder(source, stages), RepeatedPictures()
     try:
         for frame in source.frames():
-            aim = aims.next()
-            found = detect(frame, aim) if schedule.searches(frame.time_ns) else None
+            aim, repeats = aims.next(), shown.is_repeated(frame)
+            found = detect(frame, aim) if not repeats and schedule.searches(frame.time_ns) else None
             moving = ego.see(frame, found)
-            if found is None and stages.tracker.wants_search:
+            if found is None and not repeats and stages.tracker.wants_search:
                 found = detect(frame, aim)
-            yield frame, found, moving, encoder.encode(frame) if encoder else frame.packets
+            yield frame, repeats, found, moving, encoder.encode(frame) if encoder else frame.packets
             if stop.is_set():
                 break
     finally:
@@ -199,7 +218,7 @@ def _overlapped(
     def see_ourselves(frame: Frame, detecting: Future[_Found]) -> Ego:
         return ego.see(frame, detecting.result())
 
-    ego, encoder = _Ourselves(stages), _encoder(source, stages)
+    ego, encoder, shown = _Ourselves(stages), _encoder(source, stages), RepeatedPictures()
     abandoned = threading.Event()
     pending: queue.SimpleQueue[_Pending | BaseException | None] = queue.SimpleQueue()
     size = source.image_size
@@ -212,12 +231,11 @@ def _overlapped(
             # Room first: the frame is as new as can be when its detection begins.
             while room.acquire() and not abandoned.is_set() and (frame := next(frames, None)) is not None:
                 encoding = encoding_pool.submit(encoder.encode, frame) if encoder else None
-                aim, detecting = aims.next(), _UNSEARCHED
-                if schedule.searches(frame.time_ns):
+                aim, detecting, repeats = aims.next(), _UNSEARCHED, shown.is_repeated(frame)
+                if not repeats and schedule.searches(frame.time_ns):
                     detecting = detection_pool.submit(detect, frame, aim)
-                pending.put(
-                    (frame, aim, detecting, ego_pool.submit(see_ourselves, frame, detecting), encoding)
-                )
+                seeing = ego_pool.submit(see_ourselves, frame, detecting)
+                pending.put((frame, repeats, aim, detecting, seeing, encoding))
                 if stop.is_set():
                     break
             pending.put(None)
@@ -235,12 +253,12 @@ def _overlapped(
             while (item := pending.get()) is not None:
                 if isinstance(item, BaseException):
                     raise item
-                frame, aim, detecting, moving, encoding = item
+                frame, repeats, aim, detecting, moving, encoding = item
                 packets = encoding.result() if encoding else frame.packets
                 found = detecting.result()
-                if found is None and stages.tracker.wants_search:
+                if found is None and not repeats and stages.tracker.wants_search:
                     found = detect(frame, aim)
-                yield frame, found, moving.result(), packets
+                yield frame, repeats, found, moving.result(), packets
                 room.release()
         finally:
             abandoned.set()

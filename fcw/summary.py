@@ -168,6 +168,9 @@ class DriveSummary:
     _notes: list[tuple[float, tuple[str, ...]]] = field(default_factory=list)
     _noted: bool = False
     _blank: bool = False
+    _driven: int = 0
+    _driven_new: int = 0
+    """Frames in which we drive, and those of them whose pictures were not shown before."""
     _own: OwnMotionSummary = field(default_factory=OwnMotionSummary)
 
     def add(self, result: FrameResult) -> None:
@@ -188,6 +191,9 @@ class DriveSummary:
             start_s = self._notes.pop()[0] if self._noted else (result.time_ns - self._first_ns) / NS_PER_S
             self._notes.append((start_s, notes))
         self._noted = bool(notes)
+        if (result.ego_speed_mps or 0.0) > STANDS_BELOW_MPS:  # what stands looks the same, however new
+            self._driven += 1
+            self._driven_new += not result.repeated
         self._own.add(result)
         self._series.add(result, ())
 
@@ -240,11 +246,17 @@ class DriveSummary:
     @property
     def _rate_notes(self) -> tuple[str, ...]:
         seen_s = self.duration_s - self.unseen_s
-        if seen_s < RATE_TOLD_AFTER_S or self.frames - 1 >= SLOWEST_HZ * seen_s:
+        if seen_s < RATE_TOLD_AFTER_S:
             return ()
+        shown_hz = new_hz = (self.frames - 1) / seen_s
+        if self._driven > RATE_TOLD_AFTER_S * shown_hz:
+            new_hz *= self._driven_new / self._driven
+        if new_hz >= SLOWEST_HZ:
+            return ()
+        repeated = f", shown as {shown_hz:.1f} by repeating them" if new_hz < shown_hz else ""
         return (
-            f"{(self.frames - 1) / seen_s:.1f} pictures a second: tracking is made for 10 and more; with "
-            "fewer, closing speeds are uncertain, and warnings may be early, late or of nothing, or not come",
+            f"{new_hz:.1f} pictures a second{repeated}: tracking is made for 10 and more; with fewer, "
+            "closing speeds are uncertain, and warnings may be early, late or of nothing, or not come",
         )
 
     @property

@@ -34,23 +34,24 @@ overlapped_or_not = pytest.mark.parametrize("one_thread", [False, True], ids=["o
 
 
 class CountingSource:
-    """Frames whose pixels are their index, each with a packet."""
+    """Frames whose pixels are their index, or that of the first one of so many alike, each with a packet."""
 
     name = "counting"
     image_size = SIZE
     frame_rate_hz = 25.0
     notes = ()
 
-    def __init__(self, count: int, relays_video: bool = True, fails_at: int | None = None) -> None:
-        self.frame_count = count
-        self.relays_video = relays_video
-        self._fails_at = fails_at
+    def __init__(
+        self, count: int, relays_video: bool = True, fails_at: int | None = None, times: int = 1
+    ) -> None:
+        self.frame_count, self._times = count, times
+        self.relays_video, self._fails_at = relays_video, fails_at
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         for index in range(self.frame_count):
             if index == self._fails_at:
                 raise OSError("the disk is gone")
-            image = np.full((SIZE.height, SIZE.width, 3), index % 256, np.uint8)
+            image = np.full((SIZE.height, SIZE.width, 3), index - index % self._times, np.uint8)
             time_ns = index * FRAME_NS
             packet = VideoPacket(b"%d" % index, time_ns, index == 0, shown=True)
             yield Frame(index, time_ns, image, (packet,) if self.relays_video else ())
@@ -174,6 +175,19 @@ def test_a_picture_in_which_nothing_can_be_seen_is_noted_at_its_frame(one_thread
     sink = MemorySink()
     run(HalfCovered(20), [sink], one_thread=one_thread)
     assert [NOTHING_SEEN in result.notes for result in sink.results] == [True] * 10 + [False] * 10
+
+
+@overlapped_or_not
+def test_what_is_shown_once_more_is_not_looked_at_and_nothing_moves(one_thread: bool) -> None:
+    sink, tracker = MemorySink(), WantingTracker(CALIBRATION, from_frame=0)
+    run(CountingSource(40, times=2), [sink], tracker=tracker, one_thread=one_thread)
+    again = [index for index, result in enumerate(sink.results) if result.repeated]
+    assert again == list(range(9, 40, 2))  # after four new ones
+    assert len(tracker.asked) == 40 - len(again)
+    for index in again:
+        at_it = {"index": index, "time_ns": index * FRAME_NS, "searched": False, "repeated": True}
+        assert sink.results[index] == replace(sink.results[index - 1], detections=(), **at_it)
+    assert [packet.data for packet in sink.packets] == [b"%d" % i for i in range(40)]
 
 
 class HalfCovered(CountingSource):

@@ -115,6 +115,26 @@ def test_too_few_pictures_a_second_are_told() -> None:
     assert ["blind" in note for note in at_hz(0.5).all_notes] == [True]  # none was looked at for seconds
 
 
+def test_that_too_few_of_the_pictures_differ_is_told_of_a_drive_that_moves() -> None:
+    def shown_at_30_hz(times: int, own_mps: float) -> DriveSummary:
+        return summed(
+            *(
+                replace(
+                    result(index, WarningLevel.NONE, None),
+                    time_ns=START_NS + round(index * 1e9 / 30),
+                    ego_speed_mps=own_mps,
+                    repeated=index % times > 0,
+                )
+                for index in range(120)
+            )
+        )
+
+    (note,) = shown_at_30_hz(4, own_mps=10.0).all_notes
+    assert "7.5 pictures a second, shown as 30.0 by repeating them" in note
+    assert shown_at_30_hz(2, own_mps=10.0).all_notes == ()
+    assert shown_at_30_hz(4, own_mps=0.0).all_notes == ()  # where nothing moves, new pictures look the same
+
+
 def test_pictures_in_which_nothing_can_be_seen_are_told_and_counted_as_blind() -> None:
     seen = [result(index, WarningLevel.NONE, None) for index in range(10, 30)]
     summary = summed(

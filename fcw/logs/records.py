@@ -42,6 +42,8 @@ class FrameResult:
         own_motion: speed, yaw rate and mount as believed now; None in logs of before they were known.
         own_path: the way that we will take; None likewise.
         searched: whether the detector was asked; else the vehicles were carried on, see `SearchSchedule`.
+        repeated: whether the picture is the one before, shown once more; all else is as it was there, and
+            there were no detections.
     """
 
     index: int
@@ -55,6 +57,7 @@ class FrameResult:
     own_motion: OwnMotion | None = None
     own_path: OwnPath | None = None
     searched: bool = True
+    repeated: bool = False
 
     @property
     def lead(self) -> Track | None:

@@ -103,6 +103,7 @@ frame_results = st.builds(
     own_motion=st.none() | own_motions,
     own_path=st.none() | own_paths,
     searched=st.booleans(),
+    repeated=st.booleans(),
 )
 
 

@@ -98,6 +98,7 @@ def result_message(result: FrameResult) -> drive_pb2.FrameResult:
         own_motion=None if result.own_motion is None else _motion_message(result.own_motion),
         own_path=None if result.own_path is None else drive_pb2.OwnPath(**_fields(result.own_path)),
         unsearched=not result.searched,
+        repeated_picture=result.repeated,
     )
 
 
@@ -116,6 +117,7 @@ def result_from_message(data: bytes) -> FrameResult:
         own_motion=_motion(message.own_motion) if message.HasField("own_motion") else None,
         own_path=_path(message.own_path) if message.HasField("own_path") else None,
         searched=not message.unsearched,
+        repeated=message.repeated_picture,
     )
 
 

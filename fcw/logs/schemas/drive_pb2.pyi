@@ -200,7 +200,7 @@ class OwnPath(_message.Message):
     def __init__(self, offset_m: _Optional[float] = ..., heading_rad: _Optional[float] = ..., curvature_per_m: _Optional[float] = ..., offset_sigma_m: _Optional[float] = ..., heading_sigma_rad: _Optional[float] = ..., curvature_sigma_per_m: _Optional[float] = ..., lane_width_m: _Optional[float] = ..., growth_per_m2: _Optional[float] = ...) -> None: ...
 
 class FrameResult(_message.Message):
-    __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps", "notes", "own_motion", "own_path", "unsearched")
+    __slots__ = ("index", "time_ns", "detections", "tracks", "lead_id", "warning", "ego_speed_mps", "notes", "own_motion", "own_path", "unsearched", "repeated_picture")
     INDEX_FIELD_NUMBER: _ClassVar[int]
     TIME_NS_FIELD_NUMBER: _ClassVar[int]
     DETECTIONS_FIELD_NUMBER: _ClassVar[int]
@@ -212,6 +212,7 @@ class FrameResult(_message.Message):
     OWN_MOTION_FIELD_NUMBER: _ClassVar[int]
     OWN_PATH_FIELD_NUMBER: _ClassVar[int]
     UNSEARCHED_FIELD_NUMBER: _ClassVar[int]
+    REPEATED_PICTURE_FIELD_NUMBER: _ClassVar[int]
     index: int
     time_ns: int
     detections: _containers.RepeatedCompositeFieldContainer[Detection]
@@ -223,7 +224,8 @@ class FrameResult(_message.Message):
     own_motion: OwnMotion
     own_path: OwnPath
     unsearched: bool
-    def __init__(self, index: _Optional[int] = ..., time_ns: _Optional[int] = ..., detections: _Optional[_Iterable[_Union[Detection, _Mapping]]] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., lead_id: _Optional[int] = ..., warning: _Optional[_Union[WarningState, _Mapping]] = ..., ego_speed_mps: _Optional[float] = ..., notes: _Optional[_Iterable[str]] = ..., own_motion: _Optional[_Union[OwnMotion, _Mapping]] = ..., own_path: _Optional[_Union[OwnPath, _Mapping]] = ..., unsearched: bool = ...) -> None: ...
+    repeated_picture: bool
+    def __init__(self, index: _Optional[int] = ..., time_ns: _Optional[int] = ..., detections: _Optional[_Iterable[_Union[Detection, _Mapping]]] = ..., tracks: _Optional[_Iterable[_Union[Track, _Mapping]]] = ..., lead_id: _Optional[int] = ..., warning: _Optional[_Union[WarningState, _Mapping]] = ..., ego_speed_mps: _Optional[float] = ..., notes: _Optional[_Iterable[str]] = ..., own_motion: _Optional[_Union[OwnMotion, _Mapping]] = ..., own_path: _Optional[_Union[OwnPath, _Mapping]] = ..., unsearched: bool = ..., repeated_picture: bool = ...) -> None: ...
 
 class VideoPacket(_message.Message):
     __slots__ = ("time_ns", "keyframe", "shown", "frame_index")
