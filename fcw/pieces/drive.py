@@ -3,8 +3,7 @@
 import shutil
 import threading
 from collections.abc import Callable
-from concurrent.futures import Executor
-from contextlib import suppress
+from concurrent.futures import Executor, wait
 from dataclasses import replace
 from pathlib import Path
 
@@ -63,8 +62,9 @@ def run_in_pieces(
 
     def await_piece(piece: Piece) -> Path | None:
         while not stop.is_set():
-            with suppress(TimeoutError):
-                return running[piece].result(LOOKS_EVERY_S)
+            # What the search itself raises may be a TimeoutError, too, as of a network's disk.
+            if wait((running[piece],), LOOKS_EVERY_S).done:
+                return running[piece].result()
         return None
 
     try:

@@ -1,7 +1,9 @@
 """A drive in pieces is the drive in one go."""
 
 import dataclasses
+import errno
 import filecmp
+import threading
 from concurrent.futures import Executor, Future
 from itertools import pairwise
 
@@ -54,6 +56,26 @@ def test_the_log_is_that_of_the_whole_drive_in_one_thread_to_the_byte(job, searc
         k: v for k, v in whole.summary.items() if k not in differing
     }
     assert not (pieces.out / PIECES_NAME).exists()
+
+
+class TimesOut(AtOnce):
+    """Its processes read from a disk that does not answer."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        future.set_exception(TimeoutError(errno.ETIMEDOUT, "Connection timed out"))
+        return future
+
+
+def test_a_search_that_runs_out_of_time_ends_the_run(job, tmp_path):
+    stop = threading.Event()
+    watchdog = threading.Timer(30.0, stop.set)
+    watchdog.start()
+    try:
+        with pytest.raises(TimeoutError, match="Connection"):
+            run_in_pieces(dataclasses.replace(job, out=tmp_path / "out"), 0.4, TimesOut(), stop=stop)
+    finally:
+        watchdog.cancel()
 
 
 @pytest.mark.slow
