@@ -45,6 +45,8 @@ class OwnSpeed:
         self._acceleration_mps2 = 0.0
         self._rough = False
         """Whether the speed is known roughly."""
+        self._given = False
+        """Whether the latest speed was given."""
         self._jumped_s = 0.0
         """For how long another speed has been told."""
         self._vv = self._va = 0.0
@@ -54,7 +56,8 @@ class OwnSpeed:
         """Take the own speed at a frame.
 
         A picture that is misread tells another speed at once. As a gain it would pass into the closing speeds
-        of all vehicles; it is left out until it has lasted, and then begun with anew.
+        of all vehicles; it is left out until it has lasted, and then begun with anew. So is a given speed
+        after the picture's, and the picture's after it: by what their scales differ we became no faster.
 
         Args:
             dt_s: since the frame before.
@@ -73,7 +76,8 @@ class OwnSpeed:
             self._hold(dt_s)
             return coasted_mps
         was_rough, self._rough = self._rough, sigma_mps > max(ROUGH_PART * speed_mps, ROUGH_MPS)
-        if before_mps is None or self._rough or was_rough:
+        was_given, self._given = self._given, sigma_mps == 0
+        if before_mps is None or self._rough or was_rough or self._given != was_given:
             self._begin(speed_mps, sigma_mps)
             return coasted_mps
         predicted_mps = before_mps + coasted_mps

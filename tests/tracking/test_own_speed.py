@@ -55,6 +55,16 @@ def test_a_speed_that_is_told_no_more_is_held_ever_less_surely_and_forgotten():
     assert own.speed_mps == 10.0
 
 
+@pytest.mark.parametrize(("before", "after"), [((20.0, 0.6), (22.0, 0.0)), ((22.0, 0.0), (20.0, 0.6))])
+def test_by_what_a_given_speed_differs_from_the_pictures_we_became_no_faster(before, after):
+    own = OwnSpeed()
+    for _ in range(90):
+        own.update(DT_S, *before)
+    gains_mps = [own.update(DT_S, *after) for _ in range(30)]
+    assert gains_mps == pytest.approx([0.0] * 30, abs=1e-9)
+    assert own.speed_mps == pytest.approx(after[0])
+
+
 def test_the_speed_that_is_told_after_a_gap_is_no_gain():
     own = OwnSpeed()
     own.update(0.0, 20.0, 0.5)
