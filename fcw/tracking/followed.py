@@ -86,7 +86,7 @@ class Followed:
         lateral_m = self._lateral_m(detection.box, focal_px, path, None)
         sigma = settings.box_noise.edge_sigma_px(detection.box) / focal_px
         self._across = LateralFilter(lateral_m, sigma * state.distance_m, self._sweep_mps(turn_radps))
-        self._bearing = BearingFilter(lateral_m / state.distance_m, sigma, state.distance_m)
+        self._bearing = BearingFilter(lateral_m / state.distance_m, sigma, state.distance_m, turn_radps)
         self._rest: tuple[int, complex] | None = None
         """Since when, and where, it has stood still in the picture while it was carried."""
 

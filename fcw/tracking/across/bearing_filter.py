@@ -23,12 +23,14 @@ class BearingFilter(PlaceFilter):
         bearing: of its first box, as lateral position over distance, positive to the left.
         sigma: 1-sigma of that.
         distance_m: of the vehicle from the camera.
+        turn_radps: our yaw rate, positive to the left; None where it is not known.
     """
 
-    def __init__(self, bearing: float, sigma: float, distance_m: float) -> None:
+    def __init__(
+        self, bearing: float, sigma: float, distance_m: float, turn_radps: float | None = None
+    ) -> None:
         super().__init__(bearing, sigma, 0.0, ACROSS_SIGMA_MPS / distance_m)
-        self._distance_m = distance_m
-        self._turn_radps: float | None = None
+        self._distance_m, self._turn_radps = distance_m, turn_radps
 
     @property
     def bearing(self) -> float:
@@ -37,7 +39,7 @@ class BearingFilter(PlaceFilter):
 
     @property
     def rate_per_s(self) -> float:
-        """Its rate, but for our turning."""
+        """Its rate, but for our turning where that is known."""
         return self._rate
 
     @property
@@ -66,10 +68,13 @@ class BearingFilter(PlaceFilter):
 
         Args:
             dt_s: time since the last frame.
-            turn_radps: our yaw rate, positive to the left; where it is not known it is in the rate.
+            turn_radps: our yaw rate, positive to the left; where it is not known it is in the rate, into
+                which it goes with the last one that was known, and out of it again with the next one.
             closing_mps: of the vehicle.
             distance_m: of it from the camera.
         """
+        if (turn_radps is None) != (self._turn_radps is None):
+            self._rate += (turn_radps or 0.0) - (self._turn_radps or 0.0)
         self._distance_m, self._turn_radps = distance_m, turn_radps
         grows = 1 + 2 * dt_s * max(closing_mps, 0.0) / distance_m
         self._place += (self._rate - (turn_radps or 0.0)) * dt_s

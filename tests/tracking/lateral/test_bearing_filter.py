@@ -18,7 +18,7 @@ def follow(lateral_m, across_mps, distance_m, closing_mps, scale=1.0, turn_radps
     """
     rng, heading_rad = np.random.default_rng(noise), 0.0
     sigma = 0.002
-    found = BearingFilter(lateral_m / distance_m, sigma, scale * distance_m)
+    found = BearingFilter(lateral_m / distance_m, sigma, scale * distance_m, turn_radps)
     at_contact_m = lateral_m + across_mps * distance_m / closing_mps
     for _ in range(30):
         found.predict(DT_S, turn_radps, scale * closing_mps, scale * distance_m)
@@ -65,6 +65,23 @@ def test_where_our_turning_is_not_known_it_tells_no_speed():
     found.predict(DT_S, None, 12.0, 50.0)
     found.correct(0.4, 0.002)
     assert found.across_mps(20.0, 12.0, 50.0) is None
+
+
+@pytest.mark.parametrize("unknown_frames", [1, 9, 30])
+@pytest.mark.parametrize("turn_radps", [-0.17, 0.09])
+def test_turning_that_was_not_known_for_a_while_is_no_motion_of_what_stands(turn_radps, unknown_frames):
+    bearing, distance_m = 0.3, 25.0
+    found = BearingFilter(bearing, 0.002, distance_m, turn_radps)
+    known = [True] * 30 + [False] * unknown_frames + [True] * 10
+    for is_known in known:
+        bearing -= turn_radps * DT_S
+        found.predict(DT_S, turn_radps if is_known else None, 0.0, distance_m)
+        found.correct(bearing, 0.002)
+        across_mps = found.across_mps(bearing * distance_m, 0.0, distance_m)
+        if is_known:
+            assert across_mps == pytest.approx(-turn_radps * distance_m, abs=found.across_sigma_mps)
+        else:
+            assert across_mps is None
 
 
 def test_a_jump_is_no_motion_and_another_part_of_it_neither():
