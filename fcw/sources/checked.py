@@ -24,10 +24,12 @@ class CheckedSource(ForwardingSource):
         """The source's.
 
         Raises:
-            UserError: a picture is of another shape or type than it must be, or a time is no whole number.
+            UserError: a picture is of another shape or type than it must be, or a time is no whole number or
+                before that of the frame before.
         """
         size = self.image_size
         shape = (size.height, size.width, 3)
+        last_ns: int | None = None
         for frame in super().frames(start_ns):
             image: object = frame.image
             if not isinstance(image, np.ndarray):
@@ -37,6 +39,10 @@ class CheckedSource(ForwardingSource):
                 raise self._wrong(frame, f"a picture of the shape {image.shape} of {image.dtype}", expected)
             if not isinstance(frame.time_ns, int | np.integer):
                 raise self._wrong(frame, f"the time {frame.time_ns!r:.80}", "nanoseconds in a whole number")
+            if last_ns is not None and frame.time_ns < last_ns:
+                expected = f"{last_ns}, as of the frame before, or later"
+                raise self._wrong(frame, f"the time {frame.time_ns} ns", expected)
+            last_ns = frame.time_ns
             yield frame
 
     def _wrong(self, frame: Frame, what: str, expected: str) -> UserError:

@@ -69,6 +69,7 @@ def test_what_is_no_picture_of_the_size_is_named_with_its_frame(change: Any, cam
     [
         (Mine(lambda image: None), "frame 2: a picture of the type NoneType; expected an array of NumPy"),
         (Mine(time_ns=0.08), "frame 2: the time 0.08; expected nanoseconds in a whole number"),
+        (Mine(time_ns=0), "frame 2: the time 0 ns; expected 40000000, as of the frame before, or later"),
     ],
 )
 def test_what_is_no_array_or_no_time_is_named(source: Mine, message: str) -> None:
