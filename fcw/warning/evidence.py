@@ -235,7 +235,7 @@ class Evidence:
         return (
             low_s is None
             or low_s > self.latest_warning_s
-            or (own_mps is None and (high_s or math.inf) > self.latest_surely_s)
+            or (own_mps is None and (high_s is None or high_s > self.latest_surely_s))
             or soon_m > due_m
         )
 

@@ -49,6 +49,11 @@ def test_warning_where_a_driver_of_1_2_s_and_0_4_g_must_brake():
         assert level_at(9.3, 5.0, policy=policy) == WarningLevel.CAUTION
 
 
+def test_what_is_at_our_bumper_is_not_early_where_the_own_speed_is_unknown():
+    assert level_at(0.0, 5.0) == WarningLevel.WARNING
+    assert level_at(0.1, 5.0) == WarningLevel.WARNING
+
+
 def test_caution_where_the_slowest_and_gentlest_driver_of_iso_15623_must_brake():
     # At 4 m/s: 8 m of reaction and 16 / 7.2 = 2.22 m of braking.
     assert level_at(10.2, 4.0) == WarningLevel.CAUTION
