@@ -3,6 +3,9 @@
 A video of 30 pictures a second made from one of 25 shows every fifth picture twice. Its new pictures are
 shown 33 or 67 ms apart but were taken every 40 ms, so that an even speed would seem to go up and down.
 
+Where a recorder lost a picture and repeats the one before instead, as converters to a constant rate do, the
+new ones are shown as unevenly, and were taken so: the one after the lost one has changed by more.
+
 Some videos, of screens that were recorded or of streams, repeat none but say of each when it arrived: 25 to
 85 ms after the one before, of pictures that were taken every 50 ms. There the pictures tell: what is farther
 apart in time has changed by more. If it has not, the times are those of a delay that varies.
@@ -91,6 +94,9 @@ class Pacing:
         times = _even(shown[new])
         if np.abs(shown[new] - times).max() > LARGEST_SHIFT * np.diff(shown).min():
             return float(shown[-1])
+        slope = _slope(shown[new], changes[lately][new][1:])
+        if slope is not None and slope[0] - slope[1] > LARGEST_SLOPE:
+            return float(shown[-1])
         return float(times[-1])
 
 
@@ -108,17 +114,23 @@ def _is_delayed(times_s: FloatArray, changes: FloatArray) -> bool:
         times_s: rising.
         changes: (N - 1,) of the grey values from each to the next.
     """
+    slope = _slope(times_s, changes)
+    return slope is not None and slope[0] + 2 * slope[1] < LARGEST_SLOPE
+
+
+def _slope(times_s: FloatArray, changes: FloatArray) -> tuple[float, float] | None:
+    """Of the logarithm of the change over that of the step, and its 1-sigma; None where it cannot be told."""
     steps_s = times_s[1:] - times_s[:-1]
     if len(steps_s) < FEWEST_STEPS:
-        return False
+        return None
     mean_s = (times_s[-1] - times_s[0]) / len(steps_s)
     off_s = steps_s - mean_s
     if off_s @ off_s < len(steps_s) * (LEAST_UNEVENNESS * mean_s) ** 2:
-        return False
+        return None
     if np.median(changes) < LEAST_CHANGE:
-        return False
+        return None
     # By what differs between neighbours: how fast all changes drifts with the scene.
     longer, more = np.diff(np.log(steps_s)), np.diff(np.log(changes))
     slope = (longer @ more) / (longer @ longer)
     sigma = math.sqrt(np.square(more - slope * longer).mean() / (longer @ longer))
-    return bool(slope + 2 * sigma < LARGEST_SLOPE)
+    return float(slope), sigma

@@ -63,3 +63,16 @@ def test_what_moves_as_its_times_say_was_taken_when_it_is_shown():
     steps = np.random.default_rng(3).integers(1, 4, 100)
     times = drifting(2.0 * steps, steps / 30)
     assert times[:, 1] == pytest.approx(times[:, 0], abs=1e-12)
+
+
+@pytest.mark.parametrize("lost_one_of", [5, 10])
+def test_where_lost_pictures_are_replaced_the_others_were_taken_when_they_are_shown(lost_one_of):
+    """A recorder lost every fifth or tenth picture, and shows the one before in its place."""
+    pacing, rng = Pacing(), np.random.default_rng(0)
+    scene, times = np.cumsum(rng.normal(0, 8, (90, 4000)), axis=1) % 200, []
+    for number in range(90):
+        left = 2 * (number - (number % lost_one_of == lost_one_of - 1))
+        if pacing.is_new(number / 30, scene[:, left : left + 160].astype(np.uint8)) and number > 45:
+            times.append((number / 30, pacing.taken_s))
+    shown, taken = np.transpose(times)
+    assert taken == pytest.approx(shown, abs=1e-12)
