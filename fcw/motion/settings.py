@@ -121,7 +121,7 @@ class MotionSettings:
     largest_difference: float = 0.7
     window_px: int = 9
     levels: int = 2
-    shortest_step_s: float = 0.045
+    shortest_step_s: float = 0.062
     longest_step_s: float = 0.5
     repeated_s: float = 0.3
     place_sigma_px: float = 0.3
