@@ -85,7 +85,7 @@ class CutWatch:
             self._lately.popleft()
         if unlike is not None:
             anew = likeness(unlike, now)
-            if anew >= least and anew > alike:
+            if anew >= least and anew > alike and alike < SURELY_ALIKE:
                 self._lately.clear()
                 return self._go_on(now, time_ns, Follows.AFTER_CUT)
         elif len(self._lately) >= FEWEST_STEPS and alike < min(least, min(self._lately)[0] - DROP):
