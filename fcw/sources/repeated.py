@@ -1,4 +1,4 @@
-"""Pictures that a video shows again: as one of 25 a second does that is played at 30, or a slow camera's.
+"""Pictures that a video shows again: as one of 25 a second does when played at 30, or a stalled recorder.
 
 With each of them all vehicles would seem to stop, and to leap with the next new one.
 """
@@ -20,12 +20,16 @@ MOST_CHANGE = 2.5
 four times, or every fifth one twice, and encoded anew: 99 of 100 repeated ones changed by less than 2.6, in
 most clips by less than 2, and by day 99 of 100 new ones by more than 5."""
 FEWEST_NEW, NEW_RATIO, LEAST_NEW = 4, 4.0, 1.0
-"""So many pictures of the last second changed so many times as much, and by so much. By night new ones change
-little, and repeated ones less; where we stand all change little, but for one or two a second that are encoded
-afresh."""
+"""So many pictures of the second before the last new one changed so many times as much, and by so much. By
+night new ones change little, and repeated ones less; where we stand all change little, but for one or two a
+second that are encoded afresh."""
 LATELY_NS = 1_000_000_000
-LONGEST_NS = 250_000_000
-"""After that a picture counts as new, whatever it shows: if a camera is stuck, the world goes on."""
+LONGEST_NS = 1_000_000_000
+"""After that a picture counts as new, whatever it shows: where we stop, and in the dark, new ones may look so.
+
+With 0.25 s recorders that stalled for half a second while we drove made false warnings of two clips, real and
+rendered, and with 1 and 2.5 s none.
+"""
 
 
 class RepeatedPictures:
@@ -47,7 +51,7 @@ class RepeatedPictures:
             return False
         changes = cv2.absdiff(now, last).astype(np.float32)
         change = float(cv2.resize(changes, PARTS, interpolation=cv2.INTER_AREA).max())
-        while self._lately and self._lately[0][0] < time_ns - LATELY_NS:
+        while self._lately and self._lately[0][0] < self._new_ns - LATELY_NS:
             self._lately.popleft()
         new = sum(one > max(NEW_RATIO * change, LEAST_NEW) for _, one in self._lately)
         self._lately.append((time_ns, change))

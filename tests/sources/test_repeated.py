@@ -53,6 +53,13 @@ def test_where_we_stand_pictures_are_new_however_they_are_encoded():
     assert not any(repeated(afresh))
 
 
-def test_a_stuck_camera_repeats_its_picture_for_a_quarter_of_a_second():
+def test_a_stuck_recorder_repeats_its_picture_for_a_second_and_then_the_world_stands():
     images = road(30)
-    assert repeated([*images, *images[-1:] * 16])[30:] == 2 * [*[True] * 7, False]
+    stuck = repeated([*images, *images[-1:] * 90])
+    assert stuck == [*[False] * 30, *[True] * 30, *[False] * 60]
+
+
+def test_where_we_stop_pictures_are_new_after_a_second_at_the_latest():
+    (still,), draw = road(1), np.random.default_rng(3)
+    standing = [still + draw.normal(0, 0.2, still.shape) for _ in range(120)]
+    assert not any(repeated([*road(30)[::-1], *standing])[60:])
