@@ -25,7 +25,7 @@ night new ones change little, and repeated ones less; where we stand all change 
 second that are encoded afresh."""
 LATELY_NS = 1_000_000_000
 LONGEST_NS = 1_000_000_000
-"""After that a picture counts as new, whatever it shows: where we stop, and in the dark, new ones may look so.
+"""After that a picture counts as new, whatever it shows: where we stop, or in the dark, new ones may look so.
 
 With 0.25 s recorders that stalled for half a second while we drove made false warnings of two clips, real and
 rendered, and with 1 and 2.5 s none.

@@ -55,6 +55,17 @@ def test_one_foreign_picture_is_a_broken_one_and_no_cut(drive: list[Picture], el
     assert follows[9] is Follows.UNLIKE
 
 
+def test_water_that_a_wiper_smears_and_that_runs_off_is_no_cut(
+    drive: list[Picture], elsewhere: list[Picture]
+):
+    """The next picture is more like the smeared one than like the one before, but it is like that, too."""
+    water = elsewhere[0].astype(np.float32) - cv2.blur(elsewhere[0], (161, 161))
+    smeared, wet = (np.clip(drive[9] + part * water, 0, 255).astype(np.uint8) for part in (2.0, 1.1))
+    follows = seen([*drive[:9], smeared, wet, *drive[11:]])
+    assert follows[9] is Follows.UNLIKE
+    assert cuts(follows) == []
+
+
 def test_pictures_that_are_all_unlike_each_other_are_no_cut(drive: list[Picture]):
     noise = np.random.default_rng(3).integers(0, 256, (12, 36, 64, 3)).astype(np.uint8)
     large = [cv2.resize(one, (1280, 720), interpolation=cv2.INTER_NEAREST) for one in noise]
