@@ -55,12 +55,11 @@ def test_one_foreign_picture_is_a_broken_one_and_no_cut(drive: list[Picture], el
     assert follows[9] is Follows.UNLIKE
 
 
-def test_water_that_a_wiper_smears_and_that_runs_off_is_no_cut(
-    drive: list[Picture], elsewhere: list[Picture]
-):
-    """The next picture is more like the smeared one than like the one before, but it is like that, too."""
+def test_a_smear_that_a_wiper_takes_off_is_no_cut(drive: list[Picture], elsewhere: list[Picture]):
+    """With the blade in it the next picture is more like the smeared one; it is like the one before, too."""
     water = elsewhere[0].astype(np.float32) - cv2.blur(elsewhere[0], (161, 161))
-    smeared, wet = (np.clip(drive[9] + part * water, 0, 255).astype(np.uint8) for part in (2.0, 1.1))
+    smeared, wet = (np.clip(drive[9] + part * water, 0, 255).astype(np.uint8) for part in (1.6, 0.7))
+    wet[:, :200] = 255
     follows = seen([*drive[:9], smeared, wet, *drive[11:]])
     assert follows[9] is Follows.UNLIKE
     assert cuts(follows) == []
