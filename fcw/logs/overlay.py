@@ -72,7 +72,8 @@ def told_ids(result: FrameResult) -> frozenset[int]:
     so that there are three at most. Where there is none of these, the two nearest ones have words.
     """
     ids = [track_id for track_id in (result.lead_id, result.warning.track_id) if track_id is not None]
-    ids += [track.track_id for track in rivals(result.tracks, result.lead, result.ego_speed_mps)]
+    near = rivals(result.tracks, result.lead, result.ego_speed_mps, result.own_path)
+    ids += [track.track_id for track in near]
     if not ids:
         ids = [track.track_id for track in sorted(result.tracks, key=lambda track: track.distance_m)]
         return frozenset(ids[:TOLD_ON_FREE_ROAD])

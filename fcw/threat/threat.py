@@ -68,8 +68,9 @@ class Threat:
         comes_in: whether it surely moves towards our path's middle.
         crosses: whether it surely moves across faster than anyone changes lane.
         turn_known: whether our turning is known: else what stands beside a bend may seem to come in.
-        bend_changes: whether we are known to steer into a bend, or out of one, or turn at an unknown speed:
-            where the path will be is known less well then, and who stands in its way now will mostly not.
+        bend_changes: whether the bend of our path at the vehicle is little known: while we steer into a bend
+            or out of one, turn at an unknown speed, or drive through a bend whose lane lines are not seen, as
+            it may end. Who stands in our way now will mostly not, then.
         lane_seen: whether our lane's lines are seen, so that what stands in it is known to.
         overlap_now_m: of its width and ours where it is now; negative is the room between.
         overlap_m: of them then.

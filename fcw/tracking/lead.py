@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from fcw.motion.state import OwnPath
 from fcw.tracking.types import Track
 
 ONCOMING_MARGIN_MPS = 3.0
@@ -102,13 +103,15 @@ def select_lead(
     return min(candidates, key=lambda track: track.distance_m, default=None)
 
 
-def rivals(tracks: Iterable[Track], lead: Track | None, ego_speed_mps: float | None) -> tuple[Track, ...]:
+def rivals(
+    tracks: Iterable[Track], lead: Track | None, ego_speed_mps: float | None, path: OwnPath | None = None
+) -> tuple[Track, ...]:
     """Vehicles that may become the lead in a moment, the nearest first.
 
     They are seen, no farther away than the lead, do not come towards us, and stand in the own path or will
-    within `RIVAL_AHEAD_S` if they go on moving sideways as they do.
+    within `RIVAL_AHEAD_S` if they go on moving sideways as they do. A path of None is straight.
     """
-    path, farthest_m = Corridor(), math.inf if lead is None else lead.distance_m
+    corridor, farthest_m = Corridor(), math.inf if lead is None else lead.distance_m
     near = [
         track
         for track in tracks
@@ -116,15 +119,16 @@ def rivals(tracks: Iterable[Track], lead: Track | None, ego_speed_mps: float | N
         and not track.coasting
         and track.distance_m <= farthest_m
         and not is_oncoming(track, ego_speed_mps)
-        and _nearest_m(track, path.fastest_mps) <= path.leave_m
+        and _nearest_m(track, path or OwnPath(), corridor.fastest_mps) <= corridor.leave_m
     ]
     return tuple(sorted(near, key=lambda track: track.distance_m))
 
 
-def _nearest_m(track: Track, fastest_mps: float) -> float:
+def _nearest_m(track: Track, path: OwnPath, fastest_mps: float) -> float:
     """How near to the path's middle it comes within `RIVAL_AHEAD_S`."""
     if track.in_path:
         return 0.0
+    aside_m = track.lateral_m - path.lateral_at(track.distance_m)
     speed_mps = min(max(track.lateral_speed_mps, -fastest_mps), fastest_mps)
-    soon_m = track.lateral_m + speed_mps * RIVAL_AHEAD_S
-    return 0.0 if soon_m * track.lateral_m < 0 else min(abs(track.lateral_m), abs(soon_m))
+    soon_m = aside_m + speed_mps * RIVAL_AHEAD_S
+    return 0.0 if soon_m * aside_m < 0 else min(abs(aside_m), abs(soon_m))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from fcw.box import Box
 from fcw.logs.overlay import MOST_TOLD, overlay_boxes, told_ids
 from fcw.logs.records import FrameResult
+from fcw.motion.state import OwnPath
 from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 
@@ -48,6 +49,15 @@ def test_oncoming_vehicles_are_no_rivals():
     oncoming = replace(LEAD, track_id=2, distance_m=25.0, closing_speed_mps=30.0)
     frame = replace(result(LEAD, oncoming, lead_id=1), ego_speed_mps=14.0)
     assert told_ids(frame) == {1}
+
+
+def test_in_a_bend_a_neighbour_is_no_rival_who_is_straight_ahead_of_the_camera():
+    """In a bend of 100 m to the left our path is 4.5 m aside at 30 m, and the right lane's there 1 m."""
+    lead = replace(LEAD, lateral_m=4.5)
+    beside = replace(ASIDE, track_id=2, distance_m=29.0, lateral_m=0.7)
+    bend = OwnPath(curvature_per_m=1 / 100)
+    assert told_ids(replace(result(lead, beside, lead_id=1), own_path=bend)) == {1}
+    assert told_ids(result(lead, beside, lead_id=1)) == {1, 2}
 
 
 def test_on_a_free_road_the_two_nearest_have_words():
