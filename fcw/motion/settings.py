@@ -27,7 +27,7 @@ class MotionSettings:
         window_px: side of the window that is followed.
         levels: levels of the pyramid above the small picture. A prediction may be off by about 2^levels times
             half the window.
-        shortest_step_s: pictures closer in time than this to the last one used are left out. Of 50 and 60 a
+        shortest_step_s: pictures closer in time than this to the last one used are left out. Of 48 to 60 a
             second every fourth is used: where they were made of 25 or 30, every second one may be a blend.
         longest_step_s: pictures farther apart than this show too little of the same.
         repeated_s: a picture like the last one is left out as repeated (the video was made from one with
@@ -122,7 +122,7 @@ class MotionSettings:
     largest_difference: float = 0.7
     window_px: int = 9
     levels: int = 2
-    shortest_step_s: float = 0.062
+    shortest_step_s: float = 0.064
     longest_step_s: float = 0.5
     repeated_s: float = 0.3
     place_sigma_px: float = 0.3
