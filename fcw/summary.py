@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from fcw.logs.events import find_events
+from fcw.logs.events import BLIND_AFTER_S, find_events
 from fcw.logs.records import MOMENTS, NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.motion.state import Mount, SpeedSource
@@ -23,8 +23,6 @@ STANDS_BELOW_MPS, DRIVES_ABOVE_MPS = 1.0, 5.0
 """A given speed below the one and the picture's above the other contradict each other, whatever the scale."""
 CONTRADICTED_S = 2.0
 """Altogether; less may be the picture's error, as where somebody passes in front of a car that stands."""
-BLIND_AFTER_S = 1.0
-"""From one picture to the next; drivers take about as long to react."""
 SLOWEST_HZ = 9.5
 """Tracking is made for 10 and more. Of seven harmless drives of 5 five had a `warning`, of two of 8.3 none; a
 clip at 7.5 instead of 30 lost its `caution`."""
@@ -263,7 +261,7 @@ class DriveSummary:
     def _sight_notes(self) -> tuple[str, ...]:
         """Where pictures are blank, and where they are cut."""
         events, notes = find_events(self._series.build()), []
-        blank = [one for one in events if one.kind == "nothing seen"]
+        blank = [one for one in events if one.note == NOTHING_SEEN]  # of other times `_unseen_notes` tells
         if blank and self.blank_s >= BLANK_TOLD_S:
             times = _few([f"from {one.start_s:.1f} s to {one.end_s:.1f} s" for one in blank])
             notes.append(

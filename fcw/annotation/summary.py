@@ -13,7 +13,7 @@ from fcw.annotation.review import JudgedEvent, judged_events
 from fcw.annotation.store import read_review
 from fcw.annotation.warning_labels import LEVEL_OF_KIND
 from fcw.errors import UserError
-from fcw.logs.events import find_events
+from fcw.logs.events import find_events, seen_s
 from fcw.logs.mcap.reader import DriveLog
 from fcw.warning.types import WarningLevel
 
@@ -30,7 +30,7 @@ class Tally:
     """The warnings of one level, of a drive or of several.
 
     Attributes:
-        hours: how long was driven.
+        hours: for how long something could be seen, and a warning could come.
         warnings: how many were shown.
         judgements: of how many all who judged them say the same, by what they say.
         disagreements: how many are judged differently by different people.
@@ -47,7 +47,7 @@ class Tally:
 
     @property
     def per_hour(self) -> float | None:
-        """Warnings per hour; None where nothing was driven."""
+        """Warnings per hour; None where nothing could be seen."""
         return self.warnings / self.hours if self.hours > 0 else None
 
     @property
@@ -147,18 +147,20 @@ def _drive_review(name: str, path: Path) -> DriveReview:
     log = DriveLog(path)
     review, troubles = read_review(log)
     series = log.series()
-    judged, lost = judged_events(review, find_events(series))
+    events = find_events(series)
+    judged, lost = judged_events(review, events)
+    time_s = seen_s(series.duration_s, events)
     missed = Counter(entry.said.level for entry in review.missed)
     tallies = {
-        level: _tally([one for one in judged if one.event.kind == kind], series.duration_s, missed[level])
+        level: _tally([one for one in judged if one.event.kind == kind], time_s, missed[level])
         for kind, level in LEVEL_OF_KIND.items()
     }
     return DriveReview(name, path, tallies, review.people, len(lost), troubles)
 
 
-def _tally(warnings: list[JudgedEvent], duration_s: float, missed: int) -> Tally:
+def _tally(warnings: list[JudgedEvent], time_s: float, missed: int) -> Tally:
     return Tally(
-        hours=duration_s / 3600,
+        hours=time_s / 3600,
         warnings=len(warnings),
         judgements=Counter(one.judgement for one in warnings if one.judgement is not None),
         disagreements=sum(one.disagreement for one in warnings),

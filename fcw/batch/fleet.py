@@ -16,7 +16,7 @@ from fcw.batch.moments import moment_name, read_moment
 from fcw.bounded.files import read_text
 from fcw.bounded.formats import json_value
 from fcw.charts.chart import Chart, Series
-from fcw.logs.events import DriveEvent
+from fcw.logs.events import DriveEvent, seen_s
 from fcw.logs.names import SUMMARY_NAME
 from fcw.logs.records import DriveHeader
 from fcw.logs.series import DriveSeries
@@ -55,7 +55,7 @@ class Fleet:
         names: of the drives.
         cameras: of each.
         begun_ns: of each in UTC, since 1970; None where its source does not say it.
-        warnings_per_hour: of each; NaN of one that lasts no time.
+        warnings_per_hour: of each, of the hours in which something could be seen; NaN where there are none.
         mount_off_deg: how much lower than calibrated the camera looked at the end of each; NaN where unknown.
         headway_frames: frames at each headway to the lead,
         lead_frames: of so many that have one.
@@ -101,7 +101,7 @@ class Fleet:
         self.cameras.append(record.camera)
         self.begun_ns.append(header.begun_utc_ns(int(series.time_ns[0])))
         pitch_rad = header.calibration.camera.pitch_rad
-        hours = record.duration_s / 3600
+        hours = seen_s(record.duration_s, events) / 3600
         self.warnings_per_hour.append(record.warnings / hours if hours else np.nan)
         self.mount_off_deg.append(_mount_off_deg(out / record.name / SUMMARY_NAME, pitch_rad))
         self.headway_frames += np.histogram(series.headway_s, HEADWAY_EDGES_S)[0]

@@ -7,7 +7,7 @@ Surrogate Safety Assessment Model), or a required deceleration above 3.4 m/s^2, 
 Green Book takes most drivers to stay below (Archer 2005 calls a conflict what needs more).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -33,6 +33,8 @@ SHORTEST_NEAR_MISS_S = 0.3
 """What is gone sooner is noise of a box."""
 WARNED_WITHIN_S = 2.0
 """A vehicle that a warning is about so soon before or after was not missed."""
+BLIND_AFTER_S = 1.0
+"""From one picture to the next; drivers take about as long to react."""
 
 _Mask = NDArray[np.bool_]
 
@@ -43,8 +45,8 @@ class DriveEvent:
 
     Attributes:
         kind: for a time with caution and warning the higher of them.
-        start_s: its first frame.
-        end_s: its last frame.
+        start_s: its first frame; of a time without pictures the last one before.
+        end_s: its last frame; of a time without pictures the first one after.
         peak_s: where it was most severe; where nothing closed, where the vehicle was nearest.
         track_id: the vehicle; None for `mount moved`, `nothing seen` and `cut`.
         rule: the rule that held the level at the peak; empty where none did.
@@ -53,7 +55,7 @@ class DriveEvent:
         max_required_deceleration_mps2: hardest braking needed; None when none was.
         severity: what nearly happened: the braking needed as a part of the hardest a car can do, 8 m/s^2,
             times the probability of the collision, at its highest; 0 where nothing closed.
-        note: what was said, of a mount that moved, of pictures in which nothing can be seen, and of a cut.
+        note: what was said, of a mount that moved, of a time in which nothing can be seen, and of a cut.
     """
 
     kind: EventKind
@@ -107,7 +109,35 @@ def find_events(series: DriveSeries) -> tuple[DriveEvent, ...]:
         start_s, end_s = _seconds(series, int(start_ns)), _seconds(series, int(end_ns))
         kind = _KINDS_BY_NOTE.get(note, "mount moved")
         events.append(DriveEvent(kind, start_s, end_s, start_s, None, "", None, None, None, 0.0, note))
+    events += _unseen(series)
     return tuple(sorted(events, key=lambda event: event.start_s))
+
+
+def seen_s(duration_s: float, events: Iterable[DriveEvent]) -> float:
+    """For how long of a drive something could be seen, and a warning could come.
+
+    Args:
+        duration_s: from its first frame to its last.
+        events: of it, in the order of their starts.
+    """
+    seen_s, until_s = 0.0, 0.0
+    for event in events:
+        if event.kind == "nothing seen":  # a covered lens and a time without pictures may overlap
+            seen_s += max(event.start_s - until_s, 0.0)
+            until_s = max(until_s, event.end_s)
+    return seen_s + max(duration_s - until_s, 0.0)
+
+
+def _unseen(series: DriveSeries) -> Iterator[DriveEvent]:
+    """Times in which no picture was looked at; long steps that follow each other are one such time."""
+    long = np.diff(series.time_ns) / 1e9 > BLIND_AFTER_S
+    for steps in _runs(long, np.zeros(len(long), np.int64)):
+        start_s, end_s = (_seconds(series, int(series.time_ns[row])) for row in (steps.start, steps.stop))
+        note = (
+            f"pictures are more than {BLIND_AFTER_S:g} s apart for {end_s - start_s:.1f} s: none was looked "
+            "at between them, so there could be no warning"
+        )
+        yield DriveEvent("nothing seen", start_s, end_s, start_s, None, "", None, None, None, 0.0, note)
 
 
 def _runs(mask: _Mask, vehicle: NDArray[np.int64]) -> list[slice]:

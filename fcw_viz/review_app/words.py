@@ -31,7 +31,7 @@ KIND_MEANINGS = {
     "advisory": "following too closely",
     NEAR_MISS: "close, but no warning",
     MOUNT_MOVED: "the camera has moved",
-    NOTHING_SEEN: "black picture, covered lens",
+    NOTHING_SEEN: "black picture, or none at all",
     CUT: "an edited clip, or another camera",
 }
 """What kinds of events are, in a few words."""

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -74,6 +75,16 @@ def test_a_drives_warnings_per_hour_and_share_judged_false(drives):
     assert (caution.warnings, caution.judged_false, caution.missed) == (1, 1, 0)
     advisory = first.tallies[ADVISORY]
     assert (advisory.warnings, advisory.share_false, advisory.share_false_interval) == (0, None, None)
+
+
+def test_a_time_without_pictures_is_no_hour_driven(tmp_path):
+    results = [frame_result(i, WARNING if i < 5 else WarningLevel.NONE) for i in range(81)]
+    late_ns = 40 * 24 * 3600 * 10**9
+    late = [replace(one, time_ns=one.time_ns + late_ns) for one in results[41:]]
+    log = write_log(tmp_path / "drive.mcap", [*results[:41], *late])
+    tally = summarise({"drive": log.path}).all[WARNING]
+    assert tally.warnings == 1
+    assert tally.hours == pytest.approx(7.9 / 3600)
 
 
 def test_all_drives_together_are_their_sum(drives):

@@ -37,6 +37,7 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
 from fcw.logs.thumbnail import THUMBNAIL_PX
 from fcw.warning.types import WarningLevel, WarningState
+from fcw_viz.review_app.drive import duration_text
 from fcw_viz.review_app.drive_card import listed_card, read_card
 from fcw_viz.review_app.panels.folder_list import folder_html
 
@@ -192,6 +193,23 @@ def test_a_list_without_notes_and_files_as_earlier_batches_wrote_it_is_read(batc
     earlier = pq.read_table(batch / REVIEW_LIST_NAME).drop_columns(["notes", "source"])
     pq.write_table(earlier, tmp_path / REVIEW_LIST_NAME)
     assert [one.notes for one in read_review_list(tmp_path).values()] == [()]
+
+
+def test_rates_and_the_lists_hours_are_of_what_was_seen(tmp_path):
+    (tmp_path / "a").mkdir()
+    shown = marked_drive(51)
+    late_ns = 40 * 24 * 3600 * 10**9
+    late = [(replace(result, time_ns=result.time_ns + late_ns), ()) for result, _ in shown[26:]]
+    log = write_log(tmp_path / "a" / MCAP_NAME, [*shown[:26], *late], drive_header())
+    series = log.series()
+    seen_h = (series.duration_s - float(np.diff(series.time_ns).max()) / 1e9) / 3600
+    fleet = Fleet()
+    record = replace(done_record("a", series.duration_s), warnings=1)
+    fleet.add(record, series, find_events(series), log.header, tmp_path)
+    assert fleet.warnings_per_hour == [pytest.approx(1 / seen_h)]
+    assert f"1 drive · {duration_text(seen_h * 3600)} · " in folder_html(
+        "drives", [read_card("a", log.path)], 0, 1000.0
+    )
 
 
 def test_one_drive_is_not_called_drives():

@@ -1,6 +1,7 @@
 """Events of a drive: from made-up signals, and from the truth of the shipped drive."""
 
 import math
+from collections.abc import Container, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.box import Box
-from fcw.logs.events import DriveEvent, WarningCounter, find_events
+from fcw.logs.events import DriveEvent, WarningCounter, find_events, seen_s
 from fcw.logs.records import CUT, NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.simulation.truth.file import read_truth
@@ -197,6 +198,55 @@ def test_times_in_which_nothing_can_be_seen_are_events_apart_from_a_mount_that_m
         ("mount moved", 0.5, 2.4, "moved"),
         ("nothing seen", 1.0, 1.9, NOTHING_SEEN),
     ]
+
+
+def at_tenths(tenths: Sequence[int], blank: Container[int] = ()) -> list[FrameResult]:
+    """Frames at these tenths of a second, some of them black."""
+    return [
+        replace(frame(tenth, notes=(NOTHING_SEEN,) * (tenth in blank)), index=index)
+        for index, tenth in enumerate(tenths)
+    ]
+
+
+def test_a_time_without_pictures_is_an_event_in_which_nothing_is_seen():
+    events = events_of(at_tenths([0, 1, 11, 26, 27, 50, 80, 81]))  # a step of 1.0 s is none
+    assert [(one.kind, one.start_s, one.end_s) for one in events] == [
+        ("nothing seen", 1.1, 2.6),
+        ("nothing seen", 2.7, 8.0),  # pictures that come so slowly are one time
+    ]
+    assert "apart for 1.5 s" in events[0].note
+    assert all((one.track_id, one.severity, one.peak_s) == (None, 0.0, one.start_s) for one in events)
+
+
+def test_a_warning_that_lasts_over_a_time_without_pictures_is_one_and_the_most_severe():
+    tenths = [*range(5), *range(100, 105)]
+    frames = [
+        replace(frame(tenth, 10.0, 8.0, WarningLevel.WARNING), index=index)
+        for index, tenth in enumerate(tenths)
+    ]
+    events = events_of(frames)
+    assert [event.kind for event in events] == ["warning", "nothing seen"]
+    assert events[0].severity > events[1].severity == 0.0
+
+
+@pytest.mark.parametrize(
+    ("tenths", "blank", "expected_s"),
+    [
+        (range(31), (), 3.0),
+        ([*range(11), *range(51, 61)], (), 1.9),
+        (range(31), range(10, 21), 2.0),
+        ([*range(11), *range(51, 61)], range(8, 53), 1.6),  # black before and after: each time counts once
+        ([0, 20, 40], (), 0.0),
+        (range(31), range(31), 0.0),
+        ([], (), 0.0),
+    ],
+    ids=["all", "no pictures", "black", "both", "all apart", "all black", "none"],
+)
+def test_for_how_long_something_could_be_seen(
+    tenths: Sequence[int], blank: Container[int], expected_s: float
+):
+    duration_s = (tenths[-1] - tenths[0]) / 10 if tenths else 0.0
+    assert seen_s(duration_s, events_of(at_tenths(tenths, blank))) == pytest.approx(expected_s, abs=1e-12)
 
 
 def test_each_cut_is_an_event_of_its_own():

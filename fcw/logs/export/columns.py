@@ -311,7 +311,7 @@ EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
         "note",
         "string",
         "",
-        "what was said of a mount that moved, or of blank pictures",
+        "what was said of a mount that moved, of a time in which nothing can be seen, or of a cut",
         lambda row: row.event.note or None,
     ),
 )

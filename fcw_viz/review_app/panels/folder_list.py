@@ -7,6 +7,7 @@ from html import escape
 from pathlib import PurePath
 
 from fcw.batch.ledger import Record
+from fcw.logs.events import seen_s
 from fcw_viz.page.channel import is_item, says
 from fcw_viz.review_app.drive import by_severity, duration_text
 from fcw_viz.review_app.drive_card import DriveCard
@@ -137,12 +138,12 @@ def legend_html() -> str:
 
 
 def _summary(cards: Sequence[DriveCard], unread: int, listed: Listed) -> str:
-    hours = sum(card.duration_s for card in cards) / 3600
+    time_s = sum(seen_s(card.duration_s, card.events) for card in cards)
     warnings = [judged for card in cards for judged in card.judged if judged.event.kind == "warning"]
     count = len(cards)
     parts = [
         f"{count} drive{'s' * (count != 1)}",
-        duration_text(hours * 3600),
+        duration_text(time_s),
         f"{len(warnings)} warning{'s' * (len(warnings) != 1)}",
     ]
     counts = verdict_counts(warnings)
