@@ -142,6 +142,16 @@ def test_what_people_typed_is_no_html(drive: Drive):
         assert "be&lt;r&gt;t" in html
 
 
+def test_where_there_are_no_events_the_list_says_what_the_run_told(drive: Drive):
+    told = "the calibration looks <wrong>", "7.5 pictures a second"
+    html = list_html("made", (), False, None, False, told)
+    assert "No events in this drive" in html
+    assert html.index("the calibration looks &lt;wrong&gt;") < html.index("7.5 pictures a second")
+    assert "From the run" not in list_html("made", (), False, None, False)
+    judged, _ = judged_events(fold(()), drive.events)
+    assert told[1] not in list_html("made", judged, False, None, False, told)  # they are among the notes
+
+
 def entry_on(event: DriveEvent, number: int, person: str, judgement: Judgement) -> Entry[Verdict]:
     verdict = Verdict(reference_to(event), judgement)
     return Entry(f"{number} {person}", f"2026-11-20T10:00:0{number}.000000Z", person, verdict)

@@ -32,10 +32,9 @@ class EventPanel:
         place = self._place
         drive = place.opened
         imperial = drive.header.imperial
-        set_html(
-            self._list,
-            text_block(list_html(drive.name, place.review.events, place.by_time, place.selected, imperial)),
-        )
+        events, told = place.review.events, drive.notes
+        listed = list_html(drive.name, events, place.by_time, place.selected, imperial, told)
+        set_html(self._list, text_block(listed))
         own = self._annotating.own_verdict
         # On its own: half typed words stay when the rest is drawn anew.
         field = "" if own is None else _words_field(f"{drive.name} {own.said.event}", own.said.text)

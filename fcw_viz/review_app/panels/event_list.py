@@ -7,6 +7,7 @@ from fcw.annotation.records import REASONS, Judgement
 from fcw.annotation.review import JudgedEvent
 from fcw_viz.page.channel import chooses, keeps_scroll, says
 from fcw_viz.review_app.drive import time_text
+from fcw_viz.review_app.panels.remarks import run_html
 from fcw_viz.review_app.place import list_order
 from fcw_viz.review_app.time.timeline import kind_color
 from fcw_viz.review_app.words import (
@@ -22,7 +23,12 @@ from fcw_viz.review_app.words import (
 
 
 def list_html(
-    name: str, events: Sequence[JudgedEvent], by_time: bool, selected: int | None, imperial: bool
+    name: str,
+    events: Sequence[JudgedEvent],
+    by_time: bool,
+    selected: int | None,
+    imperial: bool,
+    told: Sequence[str] = (),
 ) -> str:
     """The list with its two orders; a click on an event is `event:<its number>`.
 
@@ -32,9 +38,10 @@ def list_html(
         by_time: the order that is shown; `sort:time` and `sort:severity` ask for one.
         selected: number of the selected event.
         imperial: units of the words.
+        told: by the run, of the drive; said where there are no events, and may be why.
     """
     if not events:
-        return '<p class="dim">No events in this drive: no warning, no near miss.</p>'
+        return '<p class="dim">No events in this drive: no warning, no near miss.</p>' + run_html(told)
     orders = "".join(
         f'<button class="{"on" if chosen == by_time else ""}" {says(f"sort:{name}")}>{label}</button>'
         for name, label, chosen in (("severity", "worst first", False), ("time", "by time", True))

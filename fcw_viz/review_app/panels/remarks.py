@@ -1,5 +1,6 @@
 """Missed events and notes: adding them at the moment that is shown, and the list of everybody's."""
 
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
@@ -13,6 +14,12 @@ from fcw_viz.review_app.drive import time_text
 from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.time.timeline import MISSED_COLOR, NOTE_COLOR
 from fcw_viz.review_app.words import when_words
+
+
+def run_html(notes: Sequence[str]) -> str:
+    """What the run told of the drive; empty where it told nothing."""
+    lines = "".join(f'<p class="fcw-told">{escape(note)}</p>' for note in notes)
+    return f'<div class="fcw-said"><b>From the run</b>{lines}</div>' if notes else ""
 
 
 class RemarksPanel:
@@ -32,15 +39,8 @@ class RemarksPanel:
         rows = [(entry.said.start_s, self._missed_html(entry)) for entry in review.missed]
         rows += [(entry.said.time_s, self._note_html(entry)) for entry in review.notes]
         html = "".join(row for _, row in sorted(rows, key=lambda row: row[0]))
-        set_html(self._list, text_block((html or '<p class="dim">No notes yet.</p>') + self._run_html()))
-
-    def _run_html(self) -> str:
-        """What the run told."""
-        drive = self._place.drive
-        if drive is None or not drive.notes:
-            return ""
-        notes = "".join(f'<p class="fcw-told">{escape(note)}</p>' for note in drive.notes)
-        return f'<div class="fcw-said"><b>From the run</b>{notes}</div>'
+        told = () if place.drive is None else place.drive.notes
+        set_html(self._list, text_block((html or '<p class="dim">No notes yet.</p>') + run_html(told)))
 
     def _note_html(self, entry: Entry[Note]) -> str:
         goes, moment = says(f"goto:{entry.said.time_s!r}"), time_text(entry.said.time_s)
