@@ -16,6 +16,20 @@ TRUTH_LOG_NAME = "truth.mcap"
 """The truth of a simulated drive, as a log with the same pictures."""
 
 
+def recovered_path(path: Path) -> Path:
+    """Where a log is recovered to by default: beside it."""
+    return path.with_name(f"{path.stem}.recovered{path.suffix}")
+
+
+def recovered_log(path: Path) -> Path | None:
+    """What was recovered of a log, where it was by default; None if nothing was since it was written."""
+    recovered = recovered_path(path)
+    try:
+        return recovered if recovered.stat().st_mtime_ns >= path.stat().st_mtime_ns else None
+    except OSError:
+        return None
+
+
 def mcap_path(drive: Path) -> Path:
     """The MCAP log of a drive that somebody names: the log itself, or the folder that holds it.
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
@@ -25,8 +26,8 @@ class RecoverCommand:
 
 def run_recover(command: RecoverCommand) -> int:
     """Run `fcw recover`; returns the exit code."""
-    from fcw.logs.mcap.recovery import recover, recovered_path
-    from fcw.logs.names import mcap_path
+    from fcw.logs.mcap.recovery import recover
+    from fcw.logs.names import mcap_path, recovered_path
     from fcw_viz.console import RESULTS, progress
 
     path = mcap_path(command.drive)
@@ -34,6 +35,8 @@ def run_recover(command: RecoverCommand) -> int:
     with progress(path.name, 1.0) as bar:
         report = recover(path, out, bar.reach)
     RESULTS.print(report_text(report, path, out), soft_wrap=True)
+    if report.written:
+        RESULTS.print(f"\n  review it: fcw review {quote(str(out))}", soft_wrap=True)
     return 0
 
 

@@ -22,6 +22,7 @@ from fcw.logs.export.replay import replay, with_its_keyframe
 from fcw.logs.export.table import write_csv, write_parquet
 from fcw.logs.export.tracks import write_kitti, write_mot
 from fcw.logs.mcap.writer import McapSink
+from fcw.logs.names import recovered_log
 from fcw.logs.records import Sink
 from fcw_viz.console import note, progress
 from fcw_viz.console_text import counted
@@ -134,9 +135,15 @@ def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None])
             continue
         clips.append(clip)
         if not clip.log.complete:
+            recovered = recovered_log(path)
             note(
                 f"{path}: its writer was stopped early: exported up to the damage, at "
-                f"{clip.log.series().duration_s:.1f} s; `fcw recover` repairs the log"
+                f"{clip.log.series().duration_s:.1f} s; "
+                + (
+                    "`fcw recover` repairs the log"
+                    if recovered is None
+                    else f"{recovered} is the repaired log"
+                )
             )
     if not clips:
         raise errors[0]

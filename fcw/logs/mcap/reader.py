@@ -23,7 +23,7 @@ from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap.chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks, stored_attachment
 from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.messages import result_from_message
-from fcw.logs.names import mcap_path
+from fcw.logs.names import mcap_path, recovered_log
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.logs.series import DriveSeries, SeriesBuilder
@@ -96,8 +96,15 @@ class DriveLog:
             f"{torn}; signals can be read up to {signals_s:.2f} s, pictures up to {pictures_s:.2f} s. "
             f"Lost is what came after: at most {mcap.SIGNALS_CHUNK_NS / NANOSECONDS:g} s of signals and "
             f"{mcap.PICTURES_CHUNK_NS / NANOSECONDS:g} s of pictures. "
-            f"`fcw recover {quote(str(self.path))}` makes a whole log of it",
+            f"{self._recovery}",
         )
+
+    @property
+    def _recovery(self) -> str:
+        """How there is a whole log, or that there is one."""
+        if (recovered := recovered_log(self.path)) is not None:
+            return f"{recovered} is the whole log that was made of it"
+        return f"`fcw recover {quote(str(self.path))}` makes a whole log of it"
 
     @cached_property
     def chunks(self) -> ChunkTable:
@@ -289,8 +296,8 @@ class DriveLog:
 
     def _damaged(self, error: Exception) -> UserError:
         return UserError(
-            f"{self.path}: the log is damaged ({error}); copy it again, or make a new one of what "
-            f"can be read with `fcw recover {quote(str(self.path))}`"
+            f"{self.path}: the log is damaged ({error}); copy it again, or take what can be read: "
+            f"{self._recovery}"
         )
 
     def _read_header(self, file: BinaryIO) -> DriveHeader:

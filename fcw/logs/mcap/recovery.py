@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import BinaryIO
 
 from mcap.reader import NonSeekingReader, SeekingReader
@@ -16,6 +17,7 @@ from fcw.files import whole_file
 from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap.chunks import DAMAGED, chunk_records
 from fcw.logs.mcap.reader import DriveLog
+from fcw.logs.names import recovered_log
 from fcw.versions import __version__
 
 
@@ -42,11 +44,6 @@ class RecoveryReport:
     written: bool
 
 
-def recovered_path(path: Path) -> Path:
-    """Where a log is recovered to by default: beside it."""
-    return path.with_name(f"{path.stem}.recovered{path.suffix}")
-
-
 def recover(path: Path, out: Path, progress: Callable[[float], None] = lambda part: None) -> RecoveryReport:
     """Copy all that can be read of a log into a new one, read that in full, and count.
 
@@ -61,7 +58,10 @@ def recover(path: Path, out: Path, progress: Callable[[float], None] = lambda pa
         UserError: `path` is no drive log, not a frame of it can be read, or `out` cannot be written.
     """
     if out.exists():
-        raise UserError(f"{out}: is there already; move it away, or name another file with --out")
+        made = ""
+        if out == recovered_log(path):
+            made = f"; it was made of {path.name}: `fcw review {quote(str(out))}` opens it"
+        raise UserError(f"{out}: is there already; move it away, or name another file with --out{made}")
     log = DriveLog(path, pass_over_damage=True)
     if log.complete and _is_sound(path):
         return _report(log, log, 0, written=False)

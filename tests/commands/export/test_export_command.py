@@ -250,6 +250,9 @@ def test_a_log_whose_writer_was_killed_is_exported_with_a_note(entries, header, 
     assert 45 <= len(pd.read_csv(tmp_path / "t.csv")) <= FRAMES
     assert export(tmp_path / "drive.mcap", "--format", "mp4", "--out", tmp_path / "o.mp4") == 0
     assert "`fcw recover`" in capsys.readouterr().err
+    assert main(["recover", str(tmp_path / "drive.mcap")]) == 0
+    assert export(tmp_path / "drive.mcap", "--format", "csv", "--out", tmp_path / "u.csv") == 0
+    assert f"{tmp_path / 'drive.recovered.mcap'} is the repaired log" in capsys.readouterr().err
     assert len(read_video(tmp_path / "o.mp4")) >= 25
 
 

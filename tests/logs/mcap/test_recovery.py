@@ -1,5 +1,6 @@
 """Whole logs made of torn and of damaged ones, judged by mcap's own readers."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,8 @@ from mcap.reader import make_reader
 
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
-from fcw.logs.mcap.recovery import recover, recovered_path
+from fcw.logs.mcap.recovery import recover
+from fcw.logs.names import recovered_path
 from fcw_viz.cli import main
 
 
@@ -127,8 +129,22 @@ def test_the_command_recovers_beside_the_drive_and_says_what_came_of_it(torn, ca
     assert recovered_path(torn).name == "drive.recovered.mcap"
     assert f"{len(results)} frames, {log.series().duration_s:.2f} s" in said
     assert "at most 0.3 s of signals and 0.5 s of pictures are lost" in said
+    assert f"\n  review it: fcw review {recovered_path(torn)}\n" in said
     assert main(["recover", str(torn)]) == 2
-    assert "drive.recovered.mcap: is there already" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "drive.recovered.mcap: is there already" in said
+    assert f"`fcw review {recovered_path(torn)}` opens it" in said
+
+
+def test_what_is_said_of_a_torn_log_names_the_one_recovered_of_it_unless_that_is_of_an_earlier_drive(torn):
+    assert DriveLog(torn).notes[0].endswith(f"`fcw recover {torn}` makes a whole log of it")
+    out = recovered_path(torn)
+    recover(torn, out)
+    assert DriveLog(torn).notes[0].endswith(f"{out} is the whole log that was made of it")
+    os.utime(out, ns=(0, torn.stat().st_mtime_ns - 1))
+    assert "`fcw recover" in DriveLog(torn).notes[0]
+    with pytest.raises(UserError, match=r"name another file with --out$"):
+        recover(torn, out)
 
 
 def test_the_command_on_a_whole_log_says_that_nothing_was_lost(whole_log, tmp_path, capsys):
