@@ -6,11 +6,13 @@ Exit codes: 0 done; 2 the user's input is wrong (one message on stderr); 1 a fau
 
 import os
 import sys
+from contextlib import redirect_stdout, suppress
 from typing import Annotated
 
 import tyro
 
 from fcw.errors import UserError
+from fcw.versions import __version__
 from fcw_viz.commands.batch import BatchCommand, run_batch
 from fcw_viz.commands.bench import BenchCommand, run_bench
 from fcw_viz.commands.calibrate.command import run_calibrate
@@ -31,7 +33,9 @@ from fcw_viz.outputs import check_outputs
 from fcw_viz.signals import EXIT_INTERRUPTED, signals_as_interrupts
 
 EXIT_WRONG_INPUT = 2
-DESCRIPTION = "Forward collision warning from one dash camera: calibrate, detect, range, warn, log."
+DESCRIPTION = """Forward collision warning from one dash camera: calibrate, detect, range, warn, log.
+
+fcw COMMAND --help lists the options of a command, fcw --version prints the version."""
 
 
 Command = (
@@ -70,15 +74,16 @@ NO_THREAD = "can't start new thread"
 
 def main(arguments: list[str] | None = None) -> int:
     """Parse the command line, run the command and return its exit code."""
+    typed = sys.argv[1:] if arguments is None else arguments
+    if typed == ["--version"]:
+        sys.stdout.write(f"fcw {__version__}\n")
+        return 0
+    if not typed:  # no mistake of a person who wants to know what there is, but one in a script
+        with redirect_stdout(sys.stderr), suppress(SystemExit):
+            _parsed(["--help"])
+        return EXIT_WRONG_INPUT
     try:
-        command = tyro.cli(
-            Command,  # pyright: ignore[reportArgumentType] - tyro takes unions, its annotation says type
-            prog="fcw",
-            description=DESCRIPTION,
-            args=arguments,
-            config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
-            registry=registry,
-        )
+        command = _parsed(typed)
     except UserError as error:  # of a single option
         return _wrong_input(error)
     if not isinstance(command, TrainCommand):
@@ -112,6 +117,17 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         sys.stderr.write("fcw: interrupted\n")
         return EXIT_INTERRUPTED
+
+
+def _parsed(arguments: list[str]) -> Command:
+    return tyro.cli(
+        Command,  # pyright: ignore[reportArgumentType] - tyro takes unions, its annotation says type
+        prog="fcw",
+        description=DESCRIPTION,
+        args=arguments,
+        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+        registry=registry,
+    )
 
 
 def _wrong_input(error: UserError) -> int:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from fcw.versions import __version__
 from fcw_viz.cli import main
 
 HEAVY = {"numpy", "scipy", "cv2", "numba", "av", "rerun", "viser", "mcap", "pyarrow", "onnxruntime"}
@@ -49,6 +50,19 @@ def test_help_is_running_text_without_defaults_that_say_nothing(command, monkeyp
     rows = [row.strip("│ \n") for row in said.splitlines() if row.startswith("│")]
     texts = [row for row in rows if not row.startswith("-")]
     assert all(text.endswith((".", ")")) for text in texts), texts
+
+
+def test_without_a_command_all_of_them_are_listed_with_what_they_do(capsys) -> None:
+    assert main([]) == 2
+    out, said = capsys.readouterr()
+    assert out == ""
+    assert "recover    Write a complete log from one whose program was killed" in said
+    assert all(f"• {command.split()[0]} " in said for command in COMMANDS)
+
+
+def test_the_version_is_printed(capsys) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"fcw {__version__}\n"
 
 
 ENDED_LATE = """

@@ -31,6 +31,7 @@ QUICK = (
     "fcw calibrate drive.mp4 --points 6:640 15:520 30:480 --height 1.25",
     "fcw calibrate --dashes 612 498 460 442 --dash-period 12 --height 1.25 --image-size 1280x720",
     "fcw --help",
+    "fcw --version",
     "fcw COMMAND --help",
 )
 """Run by `tests/test_document_commands.py`, as they stand."""
