@@ -129,6 +129,8 @@ def _name_failed(out: Path) -> bool:
     """Whether a log of the failed run is kept, under its new name."""
     kept = False
     with suppress(OSError):
+        # Its writer failed; the log has all that it has, and the disk may be full.
+        (out / PARTIAL_RRD_NAME).unlink(missing_ok=True)
         for name in NAMES:
             if (out / name).exists():
                 (out / name).replace(out / f"{FAILED_PREFIX}{name}")

@@ -25,6 +25,7 @@ from rerun.chunk import RrdReader
 
 import fcw_viz.rerun.blueprint as scene
 from fcw.errors import UserError
+from fcw.files import not_written
 from fcw.frame import VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.warning.types import WarningLevel
@@ -47,6 +48,8 @@ WRITE_TIMEOUT_S = 20.0
 FOOTER_MAGIC = b"RRF2FOOT"
 FOOTER_SEARCH_BYTES = 32
 """The magic stands 12 bytes before the end of a complete file."""
+UNWRITTEN = "the recording could not be written whole"
+MOVED = "something removed or moved it during the run: run again, into a folder that nothing else writes to"
 _writer_has_failed = threading.Event()
 
 
@@ -123,7 +126,7 @@ class RerunSink:
                 raise self._unwritten("its end is missing")
             self._partial_path.replace(self._path)
         except OSError as error:
-            raise self._unwritten(f"{error.strerror}; something removed or moved it") from error
+            raise not_written(f"{self._path}: {UNWRITTEN}", error, MOVED) from error
 
     def _send(self) -> None:
         results, packets = self._results, self._packets
@@ -185,9 +188,10 @@ class RerunSink:
             _abandon(recording)
 
     def _unwritten(self, reason: str) -> UserError:
+        """Of rerun's own writer, which does not say what the system refused."""
         return UserError(
-            f"{self._path}: the recording could not be written whole ({reason}); make room on the disk and "
-            f"run again; {self._partial_path.name} holds the beginning"
+            f"{self._path}: {UNWRITTEN} ({reason}); make room on the disk, or allow larger files "
+            "(ulimit -f), and run again"
         )
 
     def _send_columns(self, path: str, times: list[rr.TimeColumn], columns: Columns) -> None:

@@ -91,7 +91,7 @@ def try_disks(made: Path, report: Report) -> None:
             report.note(kind, fault, ended.code, troubles)
 
 
-KEPT = {"filler", "failed-drive.mcap", "drive.partial.rrd", "m.npz.log.jsonl", "identity"}
+KEPT = {"filler", "failed-drive.mcap", "m.npz.log.jsonl", "identity"}
 """What a full disk leaves: the beginning of a drive, and of a training."""
 
 

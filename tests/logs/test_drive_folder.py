@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import re
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -74,6 +75,14 @@ def test_a_run_that_fails_leaves_the_earlier_drive_and_what_there_is_of_its_own(
     assert names(tmp_path) == {"drive.mcap", "drive.rrd", "summary.json", "failed-drive.mcap"}
     assert (tmp_path / "drive.mcap").read_bytes() == MCAP + b"earlier"
     assert (tmp_path / "failed-drive.mcap").read_bytes() == MCAP + b"new"
+
+
+def test_no_recording_that_was_not_finished_stays_on_what_may_be_a_full_disk(tmp_path: Path):
+    with suppress(UserError), drive_folder(tmp_path, []):
+        (tmp_path / "drive.mcap").write_bytes(MCAP)
+        (tmp_path / "drive.partial.rrd").write_bytes(RRD)
+        raise UserError("the disk is full")
+    assert names(tmp_path) == {"failed-drive.mcap"}
 
 
 def test_the_message_of_a_failed_run_says_where_its_log_is_and_where_the_earlier_one(tmp_path: Path):
