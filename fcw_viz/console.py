@@ -18,9 +18,9 @@ from rich.progress import (
     Task,
     TaskID,
     TaskProgressColumn,
-    TextColumn,
     TimeRemainingColumn,
 )
+from rich.table import Column
 from rich.text import Text
 
 from fcw.json_form import without_non_finite
@@ -32,6 +32,8 @@ RESULTS = Console(highlight=False, markup=False, emoji=False, width=WIDTH)
 MESSAGES = Console(stderr=True, highlight=False, soft_wrap=True, markup=False, emoji=False)
 """Names of files and drives may hold brackets and colons: no console takes a text for markup."""
 SILENT = Console(quiet=True)
+BAR_WIDTH = 20
+"""In characters: beside it there is room for words in a terminal of 80."""
 
 
 def print_json(value: Any) -> None:  # noqa: ANN401 - JSON has no type
@@ -67,7 +69,7 @@ class Bar:
 
 @contextmanager
 def progress(text: str, total: float | None, console: Console = MESSAGES, rate_of: str = "") -> Iterator[Bar]:
-    """A bar as long as the work lasts, where the console is a terminal.
+    """A bar as long as the work lasts, where the console is a terminal; one line, however long its text is.
 
     Args:
         text: what is done.
@@ -75,18 +77,25 @@ def progress(text: str, total: float | None, console: Console = MESSAGES, rate_o
         console: where to draw.
         rate_of: what is counted a second, e.g. "frames"; empty: no rate.
     """
-    name = TextColumn("{task.description}", markup=False)
-    columns = (name, BarColumn(), _Done(rate_of), TimeRemainingColumn())
+    whole = Column(no_wrap=True)
+    columns = (_Name(), BarColumn(BAR_WIDTH), _Done(rate_of), TimeRemainingColumn(table_column=whole))
     hidden = console.quiet or not console.is_terminal
     with Progress(*columns, console=console, disable=hidden, transient=True) as shown:
         yield Bar(shown, shown.add_task(one_line(text), total=total))
+
+
+class _Name(ProgressColumn):
+    """What is done; shortened where the terminal is too narrow, and never a second line."""
+
+    def render(self, task: Task) -> Text:
+        return Text(task.description, no_wrap=True, overflow="ellipsis")
 
 
 class _Done(ProgressColumn):
     """Steps of how many, or a percentage of what does not come in steps; and how many a second."""
 
     def __init__(self, rate_of: str) -> None:
-        super().__init__()
+        super().__init__(Column(no_wrap=True))
         self._rate_of, self._steps, self._part = rate_of, MofNCompleteColumn(), TaskProgressColumn()
 
     def render(self, task: Task) -> Text:

@@ -67,7 +67,7 @@ def measure(
     picture_ms: dict[str, list[float]] = defaultdict(list)
     drive_ms: dict[str, list[float]] = defaultdict(list)
     stages_ms: dict[str, list[float]] = defaultdict(list)
-    preparing = "preparing (the first time kernels are compiled)"
+    preparing = "preparing (compiles once)"
     with progress(preparing, None, console) as bar, _long_enough(job, source, shortest_s) as drive:
         on_pictures = picture_cases(pictures[0], calibration, model, plugged_in)
         on_drive = drive_cases(drive) | thread_cases(pictures, calibration, model)

@@ -15,6 +15,9 @@ from fcw_viz.console import MESSAGES, progress
 from fcw_viz.rerun.log import RerunSink
 from fcw_viz.signals import Interrupted, handled
 
+STARTING = "starting (compiles once)"
+"""The first time kernels are compiled, which takes up to two minutes; in words that fit beside a bar."""
+
 
 def run_on_console(
     job: DriveJob,
@@ -34,7 +37,7 @@ def run_on_console(
     """
     drive = prepare_drive(job, source)
     count = drive.source.frame_count
-    starting = progress("starting (the first time kernels are compiled)", count, console, "frames")
+    starting = progress(STARTING, count, console, "frames")
     with stop_on_interrupt(stop) as stop, starting as bar:
 
         def on_result(result: FrameResult) -> None:

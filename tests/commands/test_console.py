@@ -3,6 +3,7 @@
 import io
 import json
 import math
+import re
 import subprocess
 import sys
 
@@ -11,11 +12,20 @@ from rich.console import Console
 
 from fcw_viz.console import Bar, note, print_json, progress
 from fcw_viz.console_text import counted
+from fcw_viz.jobs.drive import STARTING
 
 
-def drawn(work_total: float, rate_of: str = "", terminal: bool = True) -> str:
-    console = Console(file=io.StringIO(), force_terminal=terminal, width=100, color_system=None)
-    with progress("work [of] many", work_total, console, rate_of) as bar:
+def drawn(
+    work_total: float,
+    rate_of: str = "",
+    terminal: bool = True,
+    text: str = "work [of] many",
+    width: int = 100,
+) -> str:
+    console = Console(
+        file=io.StringIO(), force_terminal=terminal, width=width, color_system=None, soft_wrap=True
+    )
+    with progress(text, work_total, console, rate_of) as bar:
         bar.reach(work_total / 2)
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
@@ -30,6 +40,20 @@ def test_a_bar_shows_steps_or_a_share_and_the_unchanged_name():
 
 def test_without_a_terminal_no_bar_is_drawn():
     assert not drawn(4, terminal=False)
+
+
+@pytest.mark.parametrize("width", [80, 40])
+@pytest.mark.parametrize("text", [STARTING, "2026-11-20 on the way to work and back again, in the rain.mp4"])
+def test_a_bar_is_one_line_also_in_a_narrow_terminal(text: str, width: int):
+    said = drawn(100_000, "frames", text=text, width=width)
+    pictures = re.split(r"\x1b\[[?0-9]*[a-zA-Z]|\r", said.removesuffix("\n"))
+    assert "0 frames/s" in said
+    assert max(len(picture.rstrip("\n")) for picture in pictures) <= width
+    assert said.count("\n") == 1  # at its end
+
+
+def test_in_80_columns_it_is_said_whole_that_a_run_starts():
+    assert STARTING in drawn(100_000, "frames", text=STARTING, width=80)
 
 
 def test_a_new_task_starts_at_zero():
