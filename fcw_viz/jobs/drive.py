@@ -25,15 +25,17 @@ def run_on_console(
     source: Source | None = None,
     watchers: Sequence[Sink] = (),
     stop: threading.Event | None = None,
+    rerun_log: bool = True,
 ) -> DriveOutcome:
     """Run a job with a progress bar on `console`; Ctrl-C ends it early with complete logs.
 
     Args:
-        job: what to run; a log for rerun is written as well.
+        job: what to run.
         console: where the bar is drawn; nothing is drawn unless it is a terminal.
         source: the job's source where it is open already.
         watchers: who is told of every frame beside the logs; see `fcw.job.run_drive`.
         stop: what Ctrl-C sets; an event of its own by default.
+        rerun_log: whether a log for rerun is written as well.
     """
     drive = prepare_drive(job, source)
     count = drive.source.frame_count
@@ -45,7 +47,8 @@ def run_on_console(
                 bar.begin(drive.source.name, count)
             bar.advance()
 
-        return drive.run((RerunSink(job.out / RRD_NAME),), watchers, stop, on_result)
+        sinks = (RerunSink(job.out / RRD_NAME),) if rerun_log else ()
+        return drive.run(sinks, watchers, stop, on_result)
 
 
 @contextmanager

@@ -135,6 +135,18 @@ def test_a_run_needs_no_flag_where_the_calibration_lies_beside_the_source(
         assert statistics.statistics is not None
 
 
+def test_the_rerun_log_can_be_left_out(quick: str, tmp_path: Path, capsys) -> None:
+    source, out = short_drive(tmp_path, frames=4), tmp_path / "out"
+    command = ["run", str(source), "--out", str(out), "--detector", quick]
+    assert main(command) == 0
+    assert (out / "drive.rrd").is_file()
+    assert "drive.rrd" in capsys.readouterr().out
+    assert main([*command, "--no-rerun-log"]) == 0
+    assert sorted(path.name for path in out.iterdir()) == ["drive.mcap", "summary.json"]
+    assert "drive.rrd" not in capsys.readouterr().out
+    assert DriveLog(out / "drive.mcap").complete
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("detector", ["acf", "acf-full"])
 def test_either_detector_can_be_chosen_and_stands_in_the_log(detector: str, tmp_path: Path) -> None:

@@ -23,11 +23,12 @@ def run_run(command: RunCommand) -> int:
     if not path.exists() and is_camera(command.source):
         raise UserError(f"{command.source}: a camera needs --live; add it")
     job = job_of(command, path)
-    outcome = run_on_console(job)
+    rerun_log = not command.no_rerun_log
+    outcome = run_on_console(job, rerun_log=rerun_log)
     for text in outcome.notes:
         note(text)
     if command.json:
         print_json(outcome.summary)
     else:
-        report_drive(outcome, job.out, RESULTS, imperial=job.imperial)
+        report_drive(outcome, job.out, RESULTS, imperial=job.imperial, rerun_log=rerun_log)
     return 130 if outcome.interrupted else 0

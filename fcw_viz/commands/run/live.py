@@ -52,13 +52,14 @@ def run_live(command: RunCommand) -> int:
         MESSAGES.print(GETTING_READY)
         rehearse(job, demo_folder() / "drive.mp4")
         page.say_waiting(FOR_FIRST_PICTURE)
-        outcome = run_on_console(job, MESSAGES, source, (feed,), stop)
+        rerun_log = not command.no_rerun_log
+        outcome = run_on_console(job, MESSAGES, source, (feed,), stop, rerun_log)
         for text in outcome.notes:
             note(text)
         if command.json:
             print_json(outcome.summary)
         else:
-            report_drive(outcome, job.out, RESULTS, imperial=job.imperial)
+            report_drive(outcome, job.out, RESULTS, imperial=job.imperial, rerun_log=rerun_log)
         if outcome.interrupted or not outcome.summary["frames"]:
             page.say_ended(f"The drive was ended by hand. Look at it with: fcw review {quote(str(job.out))}")
             return 130

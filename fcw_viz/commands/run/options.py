@@ -53,6 +53,9 @@ class RunCommand:
     """Frames per second, for a folder of pictures without time stamps."""
     units: Literal["metric", "imperial"] = "metric"
     """Units of the distances shown."""
+    no_rerun_log: bool = False
+    """Do not write drive.rrd, which holds the pictures once more: `fcw review --rerun` and
+    `fcw export --format rrd` make it from drive.mcap."""
     live: bool = False
     """Show the drive in the browser while it runs, in real time and with audible warnings; then review it
     there. Frames are skipped if the computer is too slow, never shown late."""

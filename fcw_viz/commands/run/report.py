@@ -16,7 +16,9 @@ SHORTEST_S = 1.0
 """In less a vehicle is hardly found, followed and warned of (`fcw.warning.evidence`)."""
 
 
-def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False) -> None:
+def report_drive(
+    outcome: "DriveOutcome", out: Path, console: "Console", imperial: bool = False, rerun_log: bool = True
+) -> None:
     """Print what a drive came to, and how to open its logs."""
     from rich.table import Table
     from rich.text import Text
@@ -60,11 +62,12 @@ def report_drive(outcome: "DriveOutcome", out: Path, console: "Console", imperia
         )
     else:
         console.print("no warnings")
+    recording = f"  {out / RRD_NAME}    open it with: fcw review {quote(str(out))} --rerun\n"
     console.print(
         f"\n  review it: fcw review {quote(str(out))}\n\n"
         f"  {out / MCAP_NAME}   open it in Foxglove (https://foxglove.dev, Open local file),\n"
         f"      with the layout {_short(FOXGLOVE_LAYOUT)} (Layouts, Import from file)\n"
-        f"  {out / RRD_NAME}    open it with: fcw review {quote(str(out))} --rerun\n"
+        f"{recording if rerun_log else ''}"
         f"  {out / SUMMARY_NAME}",
         highlight=False,
         soft_wrap=True,
