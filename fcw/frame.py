@@ -126,3 +126,13 @@ class DatedSource(Protocol):
     def zero_utc_ns(self) -> int | None:
         """What time 0 of its clock is in UTC, in nanoseconds since 1970; None where it does not know."""
         ...
+
+
+@runtime_checkable
+class VideoLike(Protocol):
+    """A source that is a video, or stands before one, and can say why its packets cannot be relayed."""
+
+    @property
+    def coded_anew(self) -> str:
+        """Why frames carry no packets, so that a log holds the pictures coded anew; empty where they do."""
+        ...

@@ -58,6 +58,11 @@ class CutSource(ForwardingSource):
         return False
 
     @property
+    def coded_anew(self) -> str:
+        """Why there are no packets."""
+        return super().coded_anew or "bars around them are cut off"
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """The source's, and what was cut off."""
         sides = [name for name, px in (("beside", self.part.left_px), ("above", self.part.top_px)) if px]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.frame import Frame, ImageSize, Source
+from fcw.frame import Frame, ImageSize, Source, VideoLike
 
 
 class ForwardingSource:
@@ -43,6 +43,11 @@ class ForwardingSource:
     def relays_video(self) -> bool:
         """The source's."""
         return self._source.relays_video
+
+    @property
+    def coded_anew(self) -> str:
+        """Why the frames carry no packets, where the source is a video; else empty."""
+        return self._source.coded_anew if isinstance(self._source, VideoLike) else ""
 
     @property
     def notes(self) -> tuple[str, ...]:

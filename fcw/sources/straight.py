@@ -30,6 +30,11 @@ class StraightSource(ForwardingSource):
         return False
 
     @property
+    def coded_anew(self) -> str:
+        """Why there are no packets."""
+        return super().coded_anew or "they are made straight"
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """The source's, and what was undone."""
         orientation = self._way.orientation

@@ -139,10 +139,13 @@ class VideoSource:
             rate_hz = float(stream.average_rate or stream.guessed_rate or 0)
             self.frame_rate_hz = rate_hz if 0 < rate_hz <= MAXIMUM_FRAME_RATE_HZ else FALLBACK_FRAME_RATE_HZ
             codec = stream.codec_context
-            as_it_is = not (self._turn or self._squared)
-            self._upright_h264 = (
-                codec.name == "h264" and codec.pix_fmt in ("yuv420p", "yuvj420p") and as_it_is
-            )
+            self._other_form = ""
+            if self._turn or self._squared:
+                self._other_form = f"they are {self._turn or self._squared}"
+            elif codec.name != "h264":
+                self._other_form = f"the video is {codec.name} and not H.264"
+            elif codec.pix_fmt not in ("yuv420p", "yuvj420p"):
+                self._other_form = f"their pixels are {codec.pix_fmt}, which most viewers do not show"
             self._avi = container.format.name == "avi"
             self.zero_utc_ns = _created_ns(container.metadata.get("creation_time"))
 
@@ -172,7 +175,14 @@ class VideoSource:
 
         The first call reads through the file once, without decoding, to look at every packet.
         """
-        return self._upright_h264 and self._packet_table.relayable
+        return not self._other_form and self._packet_table.relayable
+
+    @property
+    def coded_anew(self) -> str:
+        """Why frames carry no packets, so that a log holds the pictures coded anew; empty where they do."""
+        if self.relays_video:
+            return ""
+        return self._other_form or "the video has B frames, or others that a log cannot hold as they are"
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -249,7 +259,7 @@ class VideoSource:
     @cached_property
     def _packet_table(self) -> _PacketTable:
         times_ns: list[int] = []
-        relayable, last_ns, stepped_back = self._upright_h264, None, False
+        relayable, last_ns, stepped_back = not self._other_form, None, False
         complete = intra = True
         with opened(self.path) as (container, stream):
             annex_b = annex_b_filter(stream) if relayable else None

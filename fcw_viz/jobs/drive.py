@@ -3,13 +3,14 @@
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from types import FrameType
 
 from rich.console import Console
 
-from fcw.frame import Source
-from fcw.job import DriveJob, DriveOutcome, prepare_drive
-from fcw.logs.names import RRD_NAME
+from fcw.frame import Source, VideoLike
+from fcw.job import DriveJob, DriveOutcome, PreparedDrive, prepare_drive
+from fcw.logs.names import MCAP_NAME, RRD_NAME
 from fcw.logs.records import FrameResult, Sink
 from fcw_viz.console import MESSAGES, progress
 from fcw_viz.rerun.log import RerunSink
@@ -17,6 +18,8 @@ from fcw_viz.signals import Interrupted, handled
 
 STARTING = "starting (compiles once)"
 """The first time kernels are compiled, which takes up to two minutes; in words that fit beside a bar."""
+MUCH_LARGER = 2.0
+"""So many times the size of its video a log is said to be large."""
 
 
 def run_on_console(
@@ -48,7 +51,24 @@ def run_on_console(
             bar.advance()
 
         sinks = (RerunSink(job.out / RRD_NAME),) if rerun_log else ()
-        return drive.run(sinks, watchers, stop, on_result)
+        outcome = drive.run(sinks, watchers, stop, on_result)
+    return replace(outcome, notes=(*outcome.notes, *_on_size(drive, rerun_log)))
+
+
+def _on_size(drive: PreparedDrive, rerun_log: bool) -> tuple[str, ...]:
+    """Why the log is much larger than the video that was run, where it is."""
+    video, source = drive.job.source, drive.source
+    why = source.coded_anew if isinstance(source, VideoLike) else ""
+    if not why or not video.is_file():
+        return ()
+    times = (drive.job.out / MCAP_NAME).stat().st_size / max(video.stat().st_size, 1)
+    if times < MUCH_LARGER:
+        return ()
+    logs = f"{MCAP_NAME} and {RRD_NAME} are each" if rerun_log else f"{MCAP_NAME} is"
+    mend = "; --no-rerun-log leaves one of them out" if rerun_log else ""
+    return (
+        f"{logs} {times:.1f} times as large as {video.name}: the pictures are coded anew, as {why}{mend}",
+    )
 
 
 @contextmanager

@@ -12,6 +12,7 @@ import pytest
 from mcap.reader import make_reader
 from running.programs import start_program
 from running.tiny_nets import write_quick_net
+from video_making import write_short_drive
 
 from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.file import write_calibration
@@ -145,6 +146,28 @@ def test_the_rerun_log_can_be_left_out(quick: str, tmp_path: Path, capsys) -> No
     assert sorted(path.name for path in out.iterdir()) == ["drive.mcap", "summary.json"]
     assert "drive.rrd" not in capsys.readouterr().out
     assert DriveLog(out / "drive.mcap").complete
+
+
+def test_why_a_log_is_much_larger_than_its_video_is_said(quick: str, tmp_path: Path, capsys) -> None:
+    small = {"bf": "2", "b_strategy": "0", "crf": "45"}
+    video = write_short_drive(tmp_path / "small.mp4", options=small)
+    command = ["run", str(video), "--out", str(tmp_path / "out"), "--detector", quick]
+    assert main(command) == 0
+    said = capsys.readouterr().err
+    times = (tmp_path / "out" / "drive.mcap").stat().st_size / video.stat().st_size
+    assert f"drive.mcap and drive.rrd are each {times:.1f} times as large as small.mp4" in said
+    assert "coded anew, as the video has B frames" in said
+    assert "--no-rerun-log leaves one of them out" in said
+    assert main([*command, "--no-rerun-log"]) == 0
+    said = capsys.readouterr().err
+    assert "drive.mcap is " in said
+    assert "--no-rerun-log" not in said
+
+
+def test_of_a_log_with_the_videos_own_packets_nothing_is_said(quick: str, tmp_path: Path, capsys) -> None:
+    video = write_short_drive(tmp_path / "plain.mp4", frames=10)
+    assert main(["run", str(video), "--out", str(tmp_path / "out"), "--detector", quick]) == 0
+    assert "times as large" not in capsys.readouterr().err
 
 
 @pytest.mark.slow

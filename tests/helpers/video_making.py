@@ -48,13 +48,22 @@ def first_frames(source: Path, target: Path, frames: int) -> Path:
     return target
 
 
-def write_short_drive(path: Path, start_s: float = BRAKING_S, frames: int = 45) -> Path:
-    """A video of a part of the demo drive, a keyframe every ten frames, with its calibration beside it."""
+def write_short_drive(
+    path: Path, start_s: float = BRAKING_S, frames: int = 45, options: dict[str, str] | None = None
+) -> Path:
+    """A video of a part of the demo drive, a keyframe every ten frames, with its calibration beside it.
+
+    Args:
+        path: of the video.
+        start_s: of the part, in the demo drive.
+        frames: how many there are.
+        options: of libx264; by default there are no B frames.
+    """
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=30)
         stream.width, stream.height = SIZE
         stream.pix_fmt, stream.gop_size = "yuv420p", 10
-        stream.options = {"preset": "ultrafast", "bf": "0"}
+        stream.options = dict(options or {"preset": "ultrafast", "bf": "0"})
         for number, frame in enumerate(open_source(DEMO / "drive.mp4").frames(round(start_s * 1e9))):
             if number == frames:
                 break

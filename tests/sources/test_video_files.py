@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.errors import UserError
-from fcw.sources import h264, open_source
+from fcw.sources import VideoSource, h264, open_source
 
 NO_B_FRAMES = {"bf": "0", "g": "10"}
 
@@ -52,6 +52,8 @@ def test_pictures_are_set_upright_as_the_file_asks(make_video, degrees: int, mir
     assert np.mean(np.abs(frame.image.astype(float) - expected)) < 8
     upright = degrees == 0 and not any(mirror)
     assert source.relays_video == upright
+    assert isinstance(source, VideoSource)
+    assert source.coded_anew.startswith("they are ") == (not upright)
     assert bool(frame.packets) == upright
     assert ("turned.mp4: pictures are" in " ".join(source.notes)) == (not upright)
 
@@ -110,6 +112,9 @@ def test_containers_give_the_same_pictures_and_relay_only_without_b_frames(
     steps = np.diff([frame.time_ns for frame in frames])
     assert np.all(np.abs(steps - 1e9 / 30) <= 1e6)  # Matroska counts in milliseconds
     assert source.relays_video == (b_frames == 0)
+    assert isinstance(source, VideoSource)
+    assert source.coded_anew.startswith("the video has B frames") == (b_frames > 0)
+    assert bool(source.coded_anew) == (b_frames > 0)
     assert all(bool(frame.packets) == (b_frames == 0) for frame in frames)
     assert source.notes == ()
     for index in (0, 15, 99):
@@ -129,6 +134,8 @@ def test_video_that_viewers_cannot_decode_is_not_relayed(make_video, numbered_im
     source = open_source(path)
     frames = list(source.frames())
     assert not source.relays_video
+    assert isinstance(source, VideoSource)
+    assert pixel_format in source.coded_anew
     assert [number_in(frame.image) for frame in frames] == list(range(12))
 
 
