@@ -22,6 +22,11 @@ from fcw.sources.decoding import NANOSECONDS, to_ns
 from fcw.sources.orientation import orientation, squaring
 
 OPEN_TIMEOUT_S, READ_TIMEOUT_S = 10.0, 10.0
+RETURNS_WITHIN_S = 60.0
+"""A camera that is gone is looked for so long: one that had lost its power takes half a minute."""
+LONGEST_PAUSE_S = 5
+"""Between two looks; the first ones come after 1, 2, 3 and 4 s."""
+CONNECTING = "the camera is gone; connecting again"
 DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
 """FFmpeg's inputs for the cameras of a computer, which count them."""
 FALLBACK_RATE_HZ = 25.0
@@ -60,6 +65,7 @@ class CameraSource:
         frame_rate_hz: as the camera states it.
         relays_video: False, as few cameras give what a log can hold.
         notes: why the pictures ended.
+        trouble: why no picture comes at present, or any more; empty while they come.
         recorded: whether the stream is a recording after all, which the network gives as fast as it can.
     """
 
@@ -79,6 +85,7 @@ class CameraSource:
         self._address, self._wanted_size = address, wanted_size
         self.name = camera_name(address)
         self.notes: tuple[str, ...] = ()
+        self.trouble = ""
         with self._opened() as (container, stream):
             try:
                 first = next(self._pictures(container, stream), None)
@@ -96,41 +103,50 @@ class CameraSource:
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Pictures as they come; times begin with 0 at the first one.
 
+        Where the connection is lost a new one is made, for `RETURNS_WITHIN_S`; times go on.
+
         Args:
             start_ns: those before it are left out.
         """
-        self.notes = ()
-        with self._opened() as (container, stream):
-            own_clock = self.recorded or container.format.name in OWN_CLOCKS
-            first_s, first_ns, last_s, last_ns, index = 0.0, None, 0.0, -1, 0
+        self.notes, self.trouble = (), ""
+        times, index, tries, lost, lost_s = _Times(), 0, 0, "", 0.0
+        ends = self.recorded
+        while True:
             try:
-                for picture in self._pictures(container, stream):
-                    now_s = time.monotonic()
-                    image = self._orient(self._square(bgr(picture)))
-                    if (size := ImageSize(image.shape[1], image.shape[0])) != self.image_size:
-                        self.notes = (
-                            f"{self.name}: its pictures are {size} now, no longer {self.image_size}",
-                        )
-                        return
-                    if index == 0:
-                        first_s = now_s
-                        first_ns = None if picture.pts is None else to_ns(picture.pts, stream)
-                    time_ns = round((now_s - first_s) * NANOSECONDS)
-                    if own_clock and first_ns is not None and picture.pts is not None:
-                        time_ns = to_ns(picture.pts, stream) - first_ns
-                        step_ns, passed_ns = time_ns - last_ns, round((now_s - last_s) * NANOSECONDS)
-                        # A recording comes as fast as the network gives it.
-                        sprang = not self.recorded and step_ns > passed_ns + CLOCK_SET_NS
-                        if index > 0 and (sprang or step_ns < -CLOCK_SET_NS):
-                            first_ns += step_ns - passed_ns
-                            time_ns = last_ns + passed_ns
-                    time_ns = max(time_ns, last_ns + 1)
-                    last_s, last_ns = now_s, time_ns
-                    if start_ns is None or time_ns >= start_ns:
-                        yield Frame(index, time_ns, image)
-                    index += 1
+                with self._opened() as (container, stream):
+                    times.connected(self.recorded or container.format.name in OWN_CLOCKS, self.recorded)
+                    ends = self.recorded or container.size > 0
+                    for picture in self._pictures(container, stream):
+                        image = self._orient(self._square(bgr(picture)))
+                        if (size := ImageSize(image.shape[1], image.shape[0])) != self.image_size:
+                            self._end(f"its pictures are {size} now, no longer {self.image_size}")
+                            return
+                        stamp_ns = None if picture.pts is None else to_ns(picture.pts, stream)
+                        time_ns, tries, self.trouble = times.of(stamp_ns), 0, ""
+                        if start_ns is None or time_ns >= start_ns:
+                            yield Frame(index, time_ns, image)
+                        index += 1
+                if ends:
+                    return
+                reason = "its stream has ended"
             except FFmpegError as error:
-                self.notes = (f"{self.name}: the camera is gone ({error.strerror})",)
+                reason = error.strerror
+            except UserError:
+                reason = "nothing answers there"
+            if tries == 0:
+                lost, lost_s = reason, time.monotonic()
+            if ends:  # of a file a new connection would begin anew
+                self._end(f"the camera is gone ({lost})")
+                return
+            if time.monotonic() - lost_s >= RETURNS_WITHIN_S:
+                self._end(f"the camera is gone ({lost}) and did not come back in {RETURNS_WITHIN_S:.0f} s")
+                return
+            self.trouble, tries = CONNECTING, tries + 1
+            time.sleep(min(tries, LONGEST_PAUSE_S))
+
+    def _end(self, reason: str) -> None:
+        """Say why no picture will come any more."""
+        self.trouble, self.notes = reason, (f"{self.name}: {reason}",)
 
     def _pictures(self, container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
         """Decoded pictures; damaged ones are left out."""
@@ -175,3 +191,41 @@ class CameraSource:
         options = {"video_size": str(self._wanted_size)} if self._wanted_size else {}
         number = self._address.removeprefix("/dev/video")
         return (f"/dev/video{number}" if format_name == "v4l2" else number), format_name, options
+
+
+class _Times:
+    """Times of a camera's pictures, from 0 on: by its own clock if it has one, else by their arrival.
+
+    Over each loss of the connection they go on by our clock.
+    """
+
+    def __init__(self) -> None:
+        self._first_s: float | None = None
+        self._last_s, self._last_ns = 0.0, -1
+        self._own_clock = self._recorded = False
+        self._zero_ns: int | None = None
+        """What the camera's clock shows at time 0; None until a picture tells."""
+
+    def connected(self, own_clock: bool, recorded: bool) -> None:
+        """Pictures of a new connection follow, with a clock of their own or without, in real time or not."""
+        self._own_clock, self._recorded, self._zero_ns = own_clock, recorded, None
+
+    def of(self, stamp_ns: int | None) -> int:
+        """Time of the picture that came just now, by what the camera's clock says of it."""
+        now_s = time.monotonic()
+        if self._first_s is None:
+            self._first_s = self._last_s = now_s
+        time_ns = round((now_s - self._first_s) * NANOSECONDS)
+        if self._own_clock and stamp_ns is not None:
+            passed_ns = round((now_s - self._last_s) * NANOSECONDS)
+            goes_on_ns = max(self._last_ns, 0) + passed_ns
+            time_ns = goes_on_ns if self._zero_ns is None else stamp_ns - self._zero_ns
+            step_ns = time_ns - self._last_ns
+            # A recording comes as fast as the network gives it.
+            sprang = not self._recorded and step_ns > passed_ns + CLOCK_SET_NS
+            if self._last_ns >= 0 and (sprang or step_ns < -CLOCK_SET_NS):
+                time_ns = goes_on_ns
+            self._zero_ns = stamp_ns - time_ns
+        time_ns = max(time_ns, self._last_ns + 1)
+        self._last_s, self._last_ns = now_s, time_ns
+        return time_ns

@@ -14,8 +14,8 @@ from fcw.frame import Frame, Source
 from fcw.sources.forwarding import ForwardingSource
 
 NANOSECONDS = 1_000_000_000
-PATIENCE_S = 10.0
-"""A source that gives nothing for so long is taken to be gone."""
+PATIENCE_S = 120.0
+"""A source that gives nothing for so long is taken to be gone; a camera gives up sooner, with its reason."""
 CAPTURES_KEPT = 32
 """Pictures remembered for who shows results; more than a pipeline has under way."""
 STOP_CHECK_S = 0.05
@@ -84,11 +84,16 @@ class LiveSource(ForwardingSource):
     @property
     def notes(self) -> tuple[str, ...]:
         """The source's, and how many frames were dropped."""
-        notes = (*self._source.notes, *((self._gone,) if self._gone else ()))
+        notes = (*self._source.notes, *((f"{self.name}: {self._gone}",) if self._gone else ()))
         if not self.dropped:
             return notes
         pictures = f"{self.dropped} picture{'s' * (self.dropped != 1)}"
         return (*notes, f"{self.name}: {pictures} skipped to keep up")
+
+    @property
+    def trouble(self) -> str:
+        """Why no picture comes at present, or any more; empty while they come, and after `stop`."""
+        return "" if self._stop.is_set() else self._gone or getattr(self._source, "trouble", "")
 
     def now_s(self) -> float:
         """The present moment on the clock of `Capture.captured_s`."""
@@ -134,7 +139,7 @@ class LiveSource(ForwardingSource):
                 if self._not_due:
                     patience_s = time.monotonic() + PATIENCE_S
                 elif self._latest is None and time.monotonic() > patience_s:
-                    self._gone = f"{self.name}: no picture for {PATIENCE_S:.0f} s, so the drive ends"
+                    self._gone = f"no picture for {PATIENCE_S:.0f} s, so the drive ends"
                     return None
             if self._stop.is_set():
                 return None

@@ -4,23 +4,37 @@
 const AT_MOST_MS = 900; // older than that the notice stands
 const LONGEST_MS = 1e8; // of a drive, for the animation
 const WORDS_MS = 100;
+const OLD_WORDS = "This picture is old: no newer one has come for a while";
 
-const age = (window.fcwAge ??= { coming: null, captured: null, animation: null, listens: false });
-const notice = () => {
-  const element = document.createElement("div");
-  element.className = "fcw-late";
-  element.textContent = "This picture is old: no newer one has come for a while";
-  document.body.append(element);
+const age = (window.fcwAge ??= {
+  coming: null, captured: null, animation: null, notice: null, words: OLD_WORDS, listens: false });
+const element = () => {
+  if (age.notice === null) {
+    age.notice = document.createElement("div");
+    age.notice.className = "fcw-late";
+    age.notice.textContent = age.words;
+    document.body.append(age.notice);
+  }
+  return age.notice;
+};
+const animated = () => {
   const part = AT_MOST_MS / LONGEST_MS;
   const [unseen, seen] = [{ opacity: 0 }, { opacity: 1 }];
   const steps = [unseen, { ...unseen, offset: part }, { ...seen, offset: part }, seen];
-  return element.animate(steps, { duration: LONGEST_MS, fill: "forwards" });
+  return element().animate(steps, { duration: LONGEST_MS, fill: "forwards" });
 };
 // Of a picture that follows; one that was not drawn yet keeps its time, so that no age is too small.
 age.comes = (captured) => (age.coming ??= captured ?? performance.now());
-// No picture will come any more: what the page says of the present moment is hidden.
-age.end = () => {
+// What the notice says; nothing for what it says by itself.
+age.says = (words) => {
+  age.words = words || OLD_WORDS;
+  element().textContent = age.words;
+};
+// No picture will come any more: what the page says of the present moment is hidden. Words of a loss stay.
+age.end = (lost) => {
   document.documentElement.dataset.fcwLive = "ended";
+  if (lost) age.says(lost);
+  element().classList.toggle("lost", Boolean(lost));
   age.animation?.cancel();
   age.coming = age.captured = null;
 };
@@ -29,11 +43,11 @@ if (!age.listens) {
   window.addEventListener("fcw-drawn", () => {
     if (age.coming === null) return;
     [age.captured, age.coming] = [age.coming, null];
-    age.animation ??= notice();
+    age.animation ??= animated();
     if (age.animation.playState !== "running") age.animation.play();
     age.animation.currentTime = performance.now() - age.captured;
   });
-  window.addEventListener("fcw-gone", () => age.end()); // other words stand there
+  window.addEventListener("fcw-gone", () => age.end("")); // other words stand there
   setInterval(() => {
     const words = document.querySelector("[data-fcw-age]");
     if (age.captured === null) return;

@@ -1,5 +1,6 @@
 """How old the picture on a tab's screen is: told to the browser, which says so where that is too much."""
 
+import json
 from collections import deque
 from pathlib import Path
 
@@ -60,6 +61,14 @@ class PictureAge:
         """A time of ours as JavaScript says it: milliseconds of the browser's clock, or null."""
         return f"{self.clock.of_browser(our_s) * 1000:.1f}" if self.clock.known else "null"
 
-    def end(self) -> None:
-        """No picture will come any more: the last one is right, and nothing is present."""
-        run_script(self._client, "window.fcwAge.end();")
+    def says(self, words: str) -> None:
+        """What is said of an old picture; empty where nothing more is known of it."""
+        run_script(self._client, f"window.fcwAge.says({json.dumps(words)});")
+
+    def end(self, lost: str) -> None:
+        """No picture will come any more: the last one is right, and nothing is present.
+
+        Args:
+            lost: why, which stands over the picture from now on; empty where that is as it should be.
+        """
+        run_script(self._client, f"window.fcwAge.end({json.dumps(lost)});")

@@ -8,8 +8,12 @@ const SOUNDS = {
   warning: {
     tones: [0, 0.13, 0.26, 0.39].map((start) => [1400, start, 0.09]), every_s: 0.6, gain: 0.3, shape: "square" },
 };
+// The camera is gone for good: tones that fall, once.
+const LOST = { tones: [0, 0.9, 1.8].flatMap((start) => [[620, start, 0.25], [310, start + 0.3, 0.4]]), gain: 0.3,
+  shape: "square" };
 
-const alarm = (window.fcwAlarm ??= { level: "none", muted: false, context: null, captured: null, playedAt: 0 });
+const alarm = (window.fcwAlarm ??= { level: "none", muted: false, context: null, captured: null, playedAt: 0,
+  lost: false });
 const context = () => {
   alarm.context ??= new AudioContext();
   if (alarm.context.state === "suspended") alarm.context.resume();
@@ -53,11 +57,13 @@ alarm.mute = (muted) => {
   alarm.muted = muted;
   mark();
 };
-// The drive has ended: silence is right now.
-alarm.end = () => {
+// The drive has ended: silence is right now, once a loss was heard.
+alarm.end = (lost) => {
   alarm.level = "none";
   alarm.captured = null;
   mark();
+  if (lost && !alarm.lost && !alarm.muted && alarm.context?.state === "running") play(LOST);
+  alarm.lost ||= lost;
 };
 if (!alarm.listens) {
   alarm.listens = true;

@@ -51,10 +51,10 @@ class Alarm:
         self.muted = muted
         run_script(self._client, f"window.fcwAlarm.mute({'true' if muted else 'false'});")
 
-    def end(self) -> None:
-        """The drive has ended."""
+    def end(self, lost: bool) -> None:
+        """The drive has ended; that its source was lost is heard once."""
         set_html(self._banner, "")
-        run_script(self._client, "window.fcwAlarm.end();")
+        run_script(self._client, f"window.fcwAlarm.end({'true' if lost else 'false'});")
 
 
 def banner_html(result: FrameResult, imperial: bool) -> str:

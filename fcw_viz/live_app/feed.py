@@ -101,6 +101,11 @@ class LiveFeed:
         """How many pictures were left out to keep up."""
         return self._source.dropped
 
+    @property
+    def trouble(self) -> str:
+        """Why no picture comes at present, or any more; empty while they come."""
+        return self._source.trouble
+
     def now_s(self) -> float:
         """The present moment on the clock of the moments."""
         return self._source.now_s()

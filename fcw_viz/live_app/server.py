@@ -54,6 +54,9 @@ class LivePage(PageServer):
     def review(self, log: Path, reviewer: str) -> None:
         """Become the page that reviews the drive's log, now that it is whole; every tab is loaded anew.
 
+        Where the source was lost, the tabs say so until a person asks for the review: nobody must take an
+        empty page for a road without danger.
+
         Args:
             log: the drive.mcap.
             reviewer: in whose name verdicts are kept.
@@ -63,7 +66,7 @@ class LivePage(PageServer):
         self._session = session
         self._tidying.give_pictures_back()
         for tab in self.tabs:
-            if isinstance(tab, LiveTab):
+            if isinstance(tab, LiveTab) and not self._feed.trouble:
                 run_script(tab.client, "location.reload();")
                 tab.client.flush()
 

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable
 from functools import partial
+from html import escape
 
 import viser
 
@@ -14,9 +15,10 @@ from fcw_viz.live_app.feed import NANOSECONDS, LiveFeed, Moment
 from fcw_viz.live_app.latency import LatencyMeter
 from fcw_viz.live_app.panels import History, LivePanels
 from fcw_viz.overlay import OverlayPainter
-from fcw_viz.page.channel import PageChannel
+from fcw_viz.page.channel import PageChannel, says
 from fcw_viz.page.keys import Key, add_keys
 from fcw_viz.page.picture.hover import HoverHints
+from fcw_viz.page.script import run_script
 from fcw_viz.page.tab import PageTab
 from fcw_viz.review_app.panels.layout import PANEL_WIDTH_PX
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
@@ -30,6 +32,7 @@ LOST_S = 10.0
 LOOK_S = 0.01
 PLOTS_S, WORDS_S = 0.4, 0.2
 """Plots and words follow in such steps: they are read, not watched."""
+REVIEW = f"<button {says('review:')}>Review the drive</button>"
 
 
 class LiveTab(PageTab):
@@ -49,6 +52,7 @@ class LiveTab(PageTab):
         self._painter: OverlayPainter | None = None
         self._overlay_shown = True
         self._end_words: str | None = None
+        self._lost = ""
         self._plots_s = self._words_s = float("-inf")
         self._drawn, self._anew = threading.Event(), threading.Event()
         self._drawn.set()
@@ -69,6 +73,7 @@ class LiveTab(PageTab):
         channel.on("mute", lambda _: self.run(self._mute))
         channel.on("birdseye", lambda _: self.run(self._switch_birds_eye))
         channel.on("hover", self.hover.move, self.run)
+        channel.on("review", lambda _: run_script(client, "location.reload();"))
         channel.open()
         self.age.start()
         self.view.tell_drawn()
@@ -85,9 +90,20 @@ class LiveTab(PageTab):
 
     def _end(self, words: str) -> None:
         self._end_words = words
-        self._alarm.end()
-        self.age.end()
+        self._alarm.end(bool(self._lost))
+        self.age.end(self._lost)
         self._panels.show_head(words, True)
+
+    def _show_trouble(self, trouble: str, ended: bool) -> None:
+        """Why no picture comes, in words that stay where that has ended the drive."""
+        if trouble and ended:
+            self._lost = f"No more warnings: {trouble}"
+            self._end(f"The drive has ended: {escape(trouble)}. {REVIEW}")
+        elif not ended:
+            self.age.says(trouble[:1].upper() + trouble[1:])
+            if trouble:
+                self._panels.show_head(escape(trouble), False)
+        self.client.flush()
 
     def _follow(self) -> None:
         """Have the latest moment shown when the browser is ready, a new level at once; in a thread.
@@ -98,7 +114,11 @@ class LiveTab(PageTab):
         """
         seen, told, sent_s = -1, None, float("-inf")
         waiting: Moment | None = None
+        known = "", False
         while not self._closed.is_set():
+            if (source := (self._feed.trouble, self._feed.ended)) != known:
+                known = source
+                self.run(partial(self._show_trouble, *source))
             newer = self._feed.newer_than(seen, LOOK_S)
             if newer is not None:
                 seen, waiting = newer.result.index, newer

@@ -1,6 +1,7 @@
 """A camera gives pictures with times of their own. Tests have streams on this machine for one."""
 
 import itertools
+import re
 import socket
 import threading
 from collections.abc import Callable, Generator
@@ -16,9 +17,18 @@ from video_making import MakeVideo
 
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
-from fcw.sources.camera import CameraSource, camera_name, is_camera
+from fcw.sources.camera import (
+    CONNECTING,
+    LONGEST_PAUSE_S,
+    RETURNS_WITHIN_S,
+    CameraSource,
+    camera_name,
+    is_camera,
+)
 from fcw.sources.live import LiveSource
 
+STEP_S = 0.04
+"""From one look at the clock to the next."""
 Serve = Callable[..., StreamServer]
 
 
@@ -51,7 +61,7 @@ def test_pictures_of_a_stream_come_in_order_at_the_times_of_their_arrival(
     assert source.image_size == ImageSize(64, 48)
     assert not source.recorded
     frames: list[Frame] = []
-    for frame in source.frames():
+    for frame in itertools.islice(source.frames(), 20):  # then the connection ends
         frames.append(frame)
         server.taken.release()  # none is held back: the next one is sent only now
     assert [number(frame.image) for frame in frames] == list(range(20))
@@ -97,6 +107,74 @@ def test_when_a_cameras_clock_is_set_the_times_go_on(
     assert len(steps_ns) == 17
     assert np.delete(steps_ns, 8) == pytest.approx([1e9 / 30] * 16, abs=2e4)  # ticks of 11 microseconds
     assert steps_ns[8] == pytest.approx(50e6)  # when it came
+
+
+class Moments:
+    """In the place of the camera's `time`: it passes by looking and by waiting, and not otherwise."""
+
+    def __init__(self) -> None:
+        self.now_s = 500.0
+        self.paused_s: list[float] = []
+        self.on_pause: Callable[[], object] = lambda: None
+
+    def monotonic(self) -> float:
+        self.now_s += STEP_S
+        return self.now_s
+
+    def sleep(self, seconds: float) -> None:
+        self.paused_s.append(seconds)
+        self.now_s += seconds
+        self.on_pause()
+
+
+@pytest.fixture
+def moments(monkeypatch: pytest.MonkeyPatch) -> Moments:
+    made = Moments()
+    monkeypatch.setattr("fcw.sources.camera.time", made)
+    return made
+
+
+def test_a_lost_connection_is_made_anew_and_the_times_go_on(
+    serve: Serve, numbered_images: list[NDArray[np.uint8]], moments: Moments
+):
+    server = serve(numbered_images[:3])  # of each connection
+    source = CameraSource(f"{server.url}/camera.mjpg")
+    troubles: list[str] = []
+    moments.on_pause = lambda: troubles.append(source.trouble)
+    frames = list(itertools.islice(source.frames(), 8))
+    assert [number(frame.image) for frame in frames] == [0, 1, 2, 0, 1, 2, 0, 1]
+    assert [frame.index for frame in frames] == list(range(8))
+    assert troubles == [CONNECTING] * 2
+    assert moments.paused_s == [1, 1]
+    assert (source.trouble, source.notes) == ("", ())
+    steps_s = np.diff([frame.time_ns for frame in frames]) / 1e9
+    assert np.delete(steps_s, [2, 5]) == pytest.approx([STEP_S] * 5, abs=1e-9)
+    assert (steps_s[[2, 5]] > 1.0).all()
+
+
+def test_a_camera_that_does_not_come_back_ends_the_drive_with_the_reason(
+    serve: Serve, numbered_images: list[NDArray[np.uint8]], moments: Moments
+):
+    server = serve(numbered_images[:3])
+    source = CameraSource(f"{server.url}/camera.mjpg")
+    frames = source.frames()
+    assert next(frames).index == 0
+    server.close()
+    assert len(list(frames)) == 2
+    assert re.fullmatch(r"the camera is gone \(.+\) and did not come back in 60 s", source.trouble)
+    assert source.notes == (f"{source.name}: {source.trouble}",)
+    assert moments.paused_s[:6] == [1, 2, 3, 4, 5, 5]
+    assert RETURNS_WITHIN_S - LONGEST_PAUSE_S < sum(moments.paused_s) < RETURNS_WITHIN_S + LONGEST_PAUSE_S
+
+
+def test_pictures_of_another_size_end_the_drive_with_the_reason(
+    serve: Serve, numbered_images: list[NDArray[np.uint8]], moments: Moments
+):
+    larger = [np.zeros((96, 128, 3), np.uint8)]
+    source = CameraSource(f"{serve(numbered_images[:2] + larger).url}/camera.mjpg")
+    assert len(list(source.frames())) == 2
+    assert source.trouble == "its pictures are 128x96 now, no longer 64x48"
+    assert moments.paused_s == []
 
 
 def test_where_no_camera_is_the_message_says_what_was_expected():

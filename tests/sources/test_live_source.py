@@ -34,6 +34,7 @@ class Made:
     frame_count: int | None = None
     frame_rate_hz: float = float(RATE_HZ)
     notes: tuple[str, ...] = ("a note",)
+    trouble: str = ""
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         for index in range(self.count):
@@ -148,6 +149,17 @@ def test_a_source_that_falls_silent_ends_the_drive(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(live, "PATIENCE_S", 0.1)
     assert next(frames, None) is None
     assert "no picture for" in source.notes[-1]
+    assert "no picture for" in source.trouble
+
+
+def test_what_is_wrong_with_a_source_is_known_until_the_drive_is_ended_by_hand():
+    made = Made()
+    source, _, _, stop = opened(made)
+    assert source.trouble == ""
+    made.trouble = "the camera is gone"
+    assert source.trouble == "the camera is gone"
+    stop.set()
+    assert source.trouble == ""
 
 
 class HeldClock(FakeClock):

@@ -46,6 +46,7 @@ LISTEN = """() => {
   };
 }"""
 WARNING_HZ = 1400
+LOST_HZ = {310, 620}
 GREY = "rgb(134, 142, 150)"
 # As on a machine that is too busy to draw.
 NO_WORD_OF_DRAWN_PICTURES = """() => {
@@ -61,6 +62,12 @@ class Part(VideoSource):
 
     wait: Callable[[float], object]
     """Called before each picture, with its time in seconds."""
+    trouble = ""
+    """As a camera's, which gives nothing meanwhile."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self.over = threading.Event()
 
     @property
     def relays_video(self) -> bool:
@@ -71,6 +78,10 @@ class Part(VideoSource):
             if frame.time_ns > END_S * 1e9:
                 return
             self.wait(frame.time_ns / 1e9)
+            while self.trouble and not self.over.wait(PERIOD_S):
+                pass
+            if self.over.is_set():
+                return
             yield frame
 
 
@@ -81,7 +92,7 @@ class Drive:
         self.stop = threading.Event()
         self.out = out
         self.go_on = False
-        part = Part(DEMO_DRIVE)
+        self.camera = part = Part(DEMO_DRIVE)
         part.wait = self._wait
         source = LiveSource(part, self.stop, paced=False)
         self.feed = LiveFeed(source)
@@ -112,6 +123,7 @@ def drive(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> Generator[Drive]:
     made = Drive(tmp_path / "out")
     yield made
     made.stop.set()
+    made.camera.over.set()
     if made.pipeline.ident is not None:
         made.pipeline.join()
     made.page.stop()
@@ -197,6 +209,39 @@ def test_a_page_that_hears_nothing_any_more_says_so(drive: Drive, open_page: Ope
     wait_for(lambda: person.words(".fcw-drive span") == "ended")
     assert not is_said_old(person)
     assert not any(page.locator(selector).first.is_visible() for selector in PRESENT)
+
+
+def test_a_page_whose_camera_is_gone_says_so_and_then_for_good(
+    drive: Drive, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(drive.page.url, picture=False))
+    page = person.browser.page
+    page.evaluate(LISTEN)
+    drive.pipeline.start()
+    picture = drawn(person)
+    wait_for(lambda: picture() != "")
+    page.keyboard.press("o")
+    page.wait_for_function("document.documentElement.dataset.fcwSound === 'on'")
+    drive.camera.trouble = "the camera is gone; connecting again"
+    wait_for(lambda: person.words(".fcw-late") == "The camera is gone; connecting again")
+    wait_for(lambda: is_said_old(person))
+    drive.camera.trouble = ""  # it is there again
+    wait_for(lambda: "This picture is old" in person.words(".fcw-late"))
+    wait_for(lambda: not is_said_old(person))
+
+    drive.camera.trouble = "the camera is gone (broken)"
+    drive.camera.over.set()
+    drive.pipeline.join()
+    wait_for(lambda: person.words(".fcw-drive span") == "ended")
+    drive.page.review(drive.out / "drive.mcap", "anna")
+    assert is_said_old(person)
+    assert person.words(".fcw-late") == "No more warnings: the camera is gone (broken)"
+    assert not any(page.locator(selector).first.is_visible() for selector in PRESENT)
+    assert set(page.evaluate("tones")) == LOST_HZ
+    assert len(page.evaluate("tones")) == 6  # heard once
+    with page.expect_navigation():
+        person.at("[data-fcw='review:']").click()
+    wait_for(lambda: person.row >= 0)
 
 
 def level_color(person: Reviewer) -> str:
