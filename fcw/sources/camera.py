@@ -30,8 +30,11 @@ CONNECTING = "the camera is gone; connecting again"
 DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
 """FFmpeg's inputs for the cameras of a computer, which count them."""
 FALLBACK_RATE_HZ = 25.0
-OWN_CLOCKS = ("rtsp", "video4linux2,v4l2", "avfoundation")
-"""Inputs whose times are the camera's own; for others FFmpeg counts frames, and the arrival says more."""
+OWN_CLOCKS = ("rtsp", "mpegts", "flv", "hls", "video4linux2,v4l2", "avfoundation")
+"""Inputs whose times are the camera's own, whatever bursts the network makes of them; for others FFmpeg
+counts frames, and the arrival says more."""
+PLAYLISTS = ("hls", "dash")
+"""Inputs whose size is that of a list, not of the drive."""
 CLOCK_SET_NS = NANOSECONDS
 """A clock that goes back by more, or forward by so much more than the next picture took to come, was set
 anew, as by a time server: later times go on from the last one."""
@@ -114,8 +117,9 @@ class CameraSource:
         while True:
             try:
                 with self._opened() as (container, stream):
-                    times.connected(self.recorded or container.format.name in OWN_CLOCKS, self.recorded)
-                    ends = self.recorded or container.size > 0
+                    kind = container.format.name
+                    times.connected(self.recorded or kind in OWN_CLOCKS, self.recorded)
+                    ends = self.recorded or (container.size > 0 and kind not in PLAYLISTS)
                     for picture in self._pictures(container, stream):
                         image = self._orient(self._square(bgr(picture)))
                         if (size := ImageSize(image.shape[1], image.shape[0])) != self.image_size:

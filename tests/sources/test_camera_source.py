@@ -84,6 +84,22 @@ def test_a_recording_on_the_network_keeps_its_own_times_and_its_own_rate(
     assert sum(clock.waited_s) == pytest.approx(11 / 30, abs=1e-3)
 
 
+def test_bursts_of_the_network_are_not_in_the_times_of_a_transport_stream(
+    serve: Serve,
+    make_video: MakeVideo,
+    numbered_images: list[NDArray[np.uint8]],
+    monkeypatch: pytest.MonkeyPatch,
+):
+    # Ten pictures at once, half a second of nothing, ten more.
+    came_s = iter(500.0 + np.repeat([0.0, 0.5], 10) + np.tile(np.arange(10) * 1e-3, 2))
+    monkeypatch.setattr("fcw.sources.camera.time", SimpleNamespace(monotonic=lambda: next(came_s)))
+    file = make_video("camera.ts", numbered_images[:20], codec_options={"bf": "0"})
+    source = CameraSource(f"{serve([], file).url}/file")
+    assert not source.recorded
+    steps_ns = np.diff([frame.time_ns for frame in source.frames()])
+    assert steps_ns == pytest.approx([1e9 / 30] * 19, abs=2e4)  # ticks of 11 microseconds
+
+
 @pytest.mark.parametrize("starts", [(300, 30), (30, 90_000)], ids=["back", "forward"])
 def test_when_a_cameras_clock_is_set_the_times_go_on(
     starts: tuple[int, int],
@@ -92,7 +108,6 @@ def test_when_a_cameras_clock_is_set_the_times_go_on(
     numbered_images: list[NDArray[np.uint8]],
     monkeypatch: pytest.MonkeyPatch,
 ):
-    monkeypatch.setattr("fcw.sources.camera.OWN_CLOCKS", ("mpegts",))  # as rtsp, which needs a server
     came_s = itertools.count(500.0, 0.05)
     monkeypatch.setattr("fcw.sources.camera.time", SimpleNamespace(monotonic=lambda: next(came_s)))
     parts = [
