@@ -16,6 +16,8 @@ from fcw.sources.forwarding import ForwardingSource
 NANOSECONDS = 1_000_000_000
 PATIENCE_S = 120.0
 """A source that gives nothing for so long is taken to be gone; a camera gives up sooner, with its reason."""
+LONGEST_WAIT_S = 2.0
+"""A recording's next picture is shown after so long at most: its stamps may have a gap of hours."""
 CAPTURES_KEPT = 32
 """Pictures remembered for who shows results; more than a pipeline has under way."""
 STOP_CHECK_S = 0.05
@@ -37,9 +39,9 @@ class Capture:
 class LiveSource(ForwardingSource):
     """Frames of another source as they are due: a thread of its own reads on, and the latest one wins.
 
-    A recording is played at its own rate. Frames that nobody was ready for are dropped, not shown late; the
-    packets of a relayed video are all handed on, those of dropped frames marked as not shown, so that a log's
-    video still decodes. Frames are numbered anew, without gaps.
+    A recording is played at its own rate, but for gaps of more than `LONGEST_WAIT_S`. Frames that nobody was
+    ready for are dropped, not shown late; the packets of a relayed video are all handed on, those of dropped
+    frames marked as not shown, so that a log's video still decodes. Frames are numbered anew, without gaps.
 
     Attributes:
         dropped: how many frames nobody was ready for.
@@ -158,8 +160,9 @@ class LiveSource(ForwardingSource):
                 self.duration_s = (frame.time_ns - first_ns) / NANOSECONDS
                 early_s = started_s + self.duration_s - self._clock.now_s()
                 if self._paced and early_s > 0:
+                    started_s -= max(early_s - LONGEST_WAIT_S, 0.0)
                     self._not_due = True
-                    self._clock.wait_s(early_s, self._stop)
+                    self._clock.wait_s(min(early_s, LONGEST_WAIT_S), self._stop)
                 if self._stop.is_set() or left.is_set():
                     return
                 self._put(frame)

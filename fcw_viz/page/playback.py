@@ -12,6 +12,8 @@ from fcw_viz.page.pictures import Pictures
 LARGEST_LAG_S = 0.4
 """Where leaving pictures out does not help against falling behind, playback slows down: one picture at least
 is shown in this time."""
+LONGEST_GAP_S = 2.0
+"""Of a drive, that is waited for: its stamps may have one of hours."""
 NANOSECONDS = 1_000_000_000
 
 _log = logging.getLogger(__name__)
@@ -115,6 +117,7 @@ class Playback(PlayingThread):
 
     def _play(self, start_index: int, speed: float, stop: threading.Event) -> None:
         clock, period_s = self._clock, 1 / self._pictures.frame_rate_hz / speed
+        longest_s = LONGEST_GAP_S / speed
         started_s = shown_s = clock.now_s()
         first_ns: int | None = None
         left_out: Frame | None = None
@@ -123,6 +126,8 @@ class Playback(PlayingThread):
                 first_ns = frame.time_ns
                 started_s = shown_s = clock.now_s()  # opening the file takes none of the drive's time
             due_s = started_s + (frame.time_ns - first_ns) / NANOSECONDS / speed
+            if (skipped_s := due_s - clock.now_s() - longest_s) > 0:
+                started_s, due_s = started_s - skipped_s, due_s - skipped_s
             clock.wait_s(max(0.0, due_s - clock.now_s()), stop)
             if stop.is_set():
                 return

@@ -12,7 +12,7 @@ from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.sources import open_source
 from fcw_viz.page.pictures import Pictures
-from fcw_viz.page.playback import LARGEST_LAG_S, Playback
+from fcw_viz.page.playback import LARGEST_LAG_S, LONGEST_GAP_S, Playback
 
 RATE_HZ = 25
 COUNT = 250
@@ -113,6 +113,15 @@ def test_varying_rates_keep_their_own_times():
     played = Played(source, clock, show_takes_s=0.005)
     assert played.indices == list(range(60))
     assert np.abs(played.lateness_s(source)).max() < 1e-6
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("gap_s", [3600.0, 40 * 86_400.0])
+def test_a_gap_of_the_stamps_is_not_waited_for(gap_s: float, speed: float):
+    times_s = np.array([0.0, 0.04, 0.04 + gap_s, 0.08 + gap_s])
+    played = Played(FakeSource(times_s), FakeClock(), speed=speed)
+    assert played.indices == [0, 1, 2, 3]
+    assert np.diff(played.times_s) == pytest.approx(np.array([0.04, LONGEST_GAP_S, 0.04]) / speed, abs=1e-6)
 
 
 @pytest.mark.parametrize("periods", [2.5, 4.0, 7.3])

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -23,7 +24,9 @@ SIZE = ImageSize(2, 2)
 class Made:
     """Frames with packets; each waits until the test lets it go."""
 
+    GAP_AFTER: ClassVar = 2
     count: int = 10
+    gap_ns: int = 0
     relays_video: bool = True
     first_ns: int = 7_000_000_000
     fails_after: int | None = None
@@ -41,10 +44,13 @@ class Made:
             assert self.gate.acquire(timeout=WAIT_S)
             if index == self.fails_after:
                 raise UserError("made.mp4: torn")
-            time_ns = self.first_ns + index * 1_000_000_000 // RATE_HZ
+            time_ns = self.time_ns(index)
             packet = VideoPacket(bytes([index]), time_ns, index == 0, shown=True)
             self.read = index + 1
             yield Frame(index, time_ns, np.full((2, 2, 3), index, np.uint8), (packet,))
+
+    def time_ns(self, index: int) -> int:
+        return self.first_ns + index * 1_000_000_000 // RATE_HZ + self.gap_ns * (index > self.GAP_AFTER)
 
     def let(self, frames: int) -> None:
         """Let so many frames go, and wait until they are read."""
@@ -83,6 +89,23 @@ def test_a_recording_is_played_at_its_own_rate():
     assert source.dropped == 0
     assert source.notes == ("a note",)
     assert source.duration_s == pytest.approx((made.count - 1) / RATE_HZ)
+
+
+@pytest.mark.parametrize("gap_s", [3600, 40 * 86_400])
+def test_a_gap_of_a_recordings_stamps_is_not_waited_for(gap_s: int):
+    made = Made(count=6, gap_ns=gap_s * 1_000_000_000)
+    source, frames, clock, _ = opened(made)
+    shown_s: list[float] = []
+    for number in range(made.count):
+        made.gate.release()
+        assert next(frames).time_ns == made.time_ns(number)
+        capture = source.capture(number)
+        assert capture is not None
+        shown_s.append(capture.captured_s)
+    steps_s = [1 / RATE_HZ] * 5
+    steps_s[Made.GAP_AFTER] = live.LONGEST_WAIT_S
+    assert np.diff(shown_s) == pytest.approx(steps_s, abs=1e-6)
+    assert clock.now_s() - 500.0 == pytest.approx(sum(steps_s), abs=1e-6)
 
 
 def test_a_cameras_frames_wait_for_nothing():

@@ -56,6 +56,14 @@ def test_frames_that_come_unevenly_are_shown_at_their_times():
     assert [at_s for _, at_s in play(0.0, 1.0, times_ns=times_ns)] == pytest.approx([0.04, 0.08, 2.0, 2.04])
 
 
+@pytest.mark.parametrize("speed", [0.5, 1.0, 4.0])
+@pytest.mark.parametrize("gap_s", [3600, 40 * 86_400])
+def test_a_gap_of_the_stamps_is_not_waited_for(gap_s: int, speed: float):
+    times_ns = np.array([0, 40, 80, 80 + gap_s * 1000, 120 + gap_s * 1000], np.int64) * 1_000_000
+    moments_s = np.array([0.04, 0.08, 2.08, 2.12]) / speed
+    assert [at_s for _, at_s in play(0.0, speed, times_ns=times_ns)] == pytest.approx(moments_s, abs=1e-6)
+
+
 def test_the_end_is_told_with_what_went_wrong():
     told, ended = [], threading.Event()
 
