@@ -39,6 +39,7 @@ CLOCK_SET_NS = NANOSECONDS
 """A clock that goes back by more, or forward by so much more than the next picture took to come, was set
 anew, as by a time server: later times go on from the last one."""
 STREAM_OPTIONS = {"flags": "low_delay", "rtsp_transport": "tcp"}
+DEFAULT_PORTS = {"rtsp": 554, "http": 80, "https": 443, "rtmp": 1935}
 _NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
 
 
@@ -48,21 +49,23 @@ def is_camera(address: str) -> bool:
 
 
 def camera_name(address: str) -> str:
-    """What a camera is called in logs and file names; passwords of a URL are no part of it."""
+    """What a camera is called in logs and file names: of a URL host, port and path, and no password."""
     if address.isdecimal() or "://" not in address:
         return f"camera-{address.removeprefix('/dev/video')}"
     try:
         url = urlsplit(address)
+        # One host may have several cameras, each at a port of its own.
+        port = "" if url.port in (None, DEFAULT_PORTS.get(url.scheme)) else f"-{url.port}"
     except ValueError as error:
         raise UserError(f"{address}: no address of a camera ({error}); expected rtsp://HOST/PATH") from None
-    return _NOT_FOR_NAMES.sub("-", f"{url.hostname or ''}{url.path}").strip("-") or "camera"
+    return _NOT_FOR_NAMES.sub("-", f"{url.hostname or ''}{port}{url.path}").strip("-") or "camera"
 
 
 class CameraSource:
     """Pictures of a camera from the moment on at which they are asked for; there is no end.
 
     Attributes:
-        name: `camera-0`, or the host and path of a URL.
+        name: `camera-0`, or host, port and path of a URL.
         image_size: of the first picture.
         frame_count: None, as a camera has no end.
         frame_rate_hz: as the camera states it.

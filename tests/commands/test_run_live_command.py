@@ -14,16 +14,19 @@ import pytest
 from review_drives import result
 from running.programs import start_program
 
+from fcw.frame import ImageSize
 from fcw.job import DriveOutcome
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.sources import open_source
+from fcw.sources.camera import camera_name
 from fcw.sources.live import LiveSource
 from fcw.summary import DriveSummary
 from fcw_viz.cli import main
 from fcw_viz.commands.run import live
 from fcw_viz.commands.run.report import report_drive
 from fcw_viz.console import RESULTS
+from fcw_viz.live_app.feed import LiveFeed
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo"
 PATIENCE_S = 600  # on a busy machine
@@ -93,6 +96,35 @@ def test_everything_is_compiled_before_the_first_picture_is_taken(
     told = capsys.readouterr().err.splitlines()
     assert [line.split(" ", 1)[0] for line in told] == ["live", "getting", "fcw:"]
     assert not out.exists()
+
+
+class NamedCamera:
+    """As far as it is looked at before the page is there."""
+
+    image_size = ImageSize(1280, 720)
+    frame_count = None
+    frame_rate_hz = 30.0
+    relays_video = recorded = False
+    notes = ()
+
+    def __init__(self, address: str, wanted_size: ImageSize) -> None:
+        self.name = camera_name(address)
+
+
+def test_the_page_has_the_whole_name_of_a_camera(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    titles: list[str] = []
+
+    def page(_feed: LiveFeed, title: str, _port: int) -> None:
+        titles.append(title)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(live, "CameraSource", NamedCamera)
+    monkeypatch.setattr(live, "LivePage", page)
+    monkeypatch.chdir(tmp_path)
+    for address in ("http://127.0.0.1:8081/s", "rtsp://10.0.0.7/live.sdp"):
+        assert main(["run", address, "--live", "--calibration", str(DEMO / "drive.calibration.yaml")]) == 130
+    assert main(["run", str(DEMO / "drive.mp4"), "--live"]) == 130
+    assert titles == ["127.0.0.1-8081-s", "10.0.0.7-live.sdp", "drive"]
 
 
 # In a process of its own, where nothing is compiled or loaded before.

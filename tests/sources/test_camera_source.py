@@ -196,7 +196,8 @@ def test_where_no_camera_is_the_message_says_what_was_expected():
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    with pytest.raises(UserError, match=r"127.0.0.1-camera: no camera there \(.*refused.*the number"):
+    named = rf"127.0.0.1-{port}-camera: no camera there \(.*refused.*the number"
+    with pytest.raises(UserError, match=named):
         CameraSource(f"http://127.0.0.1:{port}/camera")
     with pytest.raises(UserError, match=r"camera-97: no camera there with pictures of 640x480"):
         CameraSource("97", ImageSize(640, 480))
@@ -209,11 +210,19 @@ def test_where_no_camera_is_the_message_says_what_was_expected():
         ("/dev/video2", "camera-2"),
         ("rtsp://me:secret@10.0.0.7:554/live/main", "10.0.0.7-live-main"),
         ("http://car.local/stream?token=secret", "car.local-stream"),
+        ("http://127.0.0.1:8081/s", "127.0.0.1-8081-s"),
+        ("http://127.0.0.1:8082/s", "127.0.0.1-8082-s"),
+        ("udp://@:1234", "1234"),
     ],
 )
 def test_names_hold_no_passwords(address: str, name: str):
     assert is_camera(address)
     assert camera_name(address) == name
+
+
+def test_a_port_that_is_none_is_refused():
+    with pytest.raises(UserError, match="no address of a camera"):
+        camera_name("rtsp://10.0.0.7:99999/main")
 
 
 @pytest.mark.parametrize("address", ["drive.mp4", "pictures", "0.mp4", "/data/drive.mcap"])

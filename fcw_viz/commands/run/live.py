@@ -45,7 +45,8 @@ def run_live(command: RunCommand) -> int:
         load_calibration(job, source)  # before a page is opened
     feed = LiveFeed(source)
     port = DEFAULT_PORT if command.port is None else command.port
-    page = LivePage(feed, job.source.stem or source.name, port)
+    # A camera's name is no file's: what follows its last dot belongs to it.
+    page = LivePage(feed, source.name if camera else job.source.stem or source.name, port)
     try:
         page.say_waiting(GETTING_READY)
         page.announce(MESSAGES, "live", "Ctrl-C ends the drive, with complete logs", not command.no_open)
