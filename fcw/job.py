@@ -176,9 +176,8 @@ class PreparedDrive:
     ) -> DriveOutcome:
         """Run the drive to its end, and write its log and summary; see `run_drive` and `Stages`."""
         out, stop = self.job.out, stop or threading.Event()
-        summary = DriveSummary(
-            self.source.name, self.header.versions, self.header.calibration.camera.pitch_rad
-        )
+        pitch_rad, recorded = self.header.calibration.camera.pitch_rad, getattr(self.source, "recorded", True)
+        summary = DriveSummary(self.source.name, self.header.versions, pitch_rad, recorded)
         with drive_folder(out, self._inputs()):
             return self._run(summary, sinks, watchers, stop, on_result, known)
 

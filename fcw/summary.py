@@ -146,6 +146,7 @@ class DriveSummary:
         source: its name.
         versions: of what ran.
         calibrated_pitch_rad: the camera's.
+        recorded: whether it is a recording, which may have been edited; else it comes from a camera.
         frames: how many there were.
         frames_with_lead: in how many of them a vehicle was ahead.
         unseen_s: altogether, between pictures more than `BLIND_AFTER_S` apart: a camera that gave none, or a
@@ -156,6 +157,7 @@ class DriveSummary:
     source: str
     versions: Mapping[str, str]
     calibrated_pitch_rad: float = 0.0
+    recorded: bool = True
     frames: int = 0
     frames_with_lead: int = 0
     unseen_s: float = 0.0
@@ -270,10 +272,13 @@ class DriveSummary:
             )
         cuts = [one for one in events if one.kind == "cut"]
         if cuts:
+            times = _few([f"at {one.start_s:.1f} s" for one in cuts])
             notes.append(
-                f"the clip is cut {_few([f'at {one.start_s:.1f} s' for one in cuts])}, as by editing: all "
-                "vehicles begin anew there; where it goes on with another camera its distances are wrong: "
-                "divide the file there, and calibrate each part"
+                f"the clip is cut {times}, as by editing: all vehicles begin anew there; where it goes on "
+                "with another camera its distances are wrong: divide the file there, and calibrate each part"
+                if self.recorded
+                else f"the picture leaps {times}, as where it is damaged or the camera is moved: all "
+                "vehicles begin anew there"
             )
         return tuple(notes)
 

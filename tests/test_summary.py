@@ -162,6 +162,16 @@ def test_of_many_cuts_the_first_ones_are_told() -> None:
     assert summed(*cut).blind_s == 0
 
 
+def test_nobody_has_edited_what_comes_from_a_camera() -> None:
+    summary = DriveSummary("camera-0", {}, recorded=False)
+    for index in range(4):
+        summary.add(replace(result(index, WarningLevel.NONE, None), notes=(CUT,) * (index == 2)))
+    (note,) = summary.all_notes
+    assert note.startswith("the picture leaps at 0.2 s, as where it is damaged")
+    assert "edit" not in note
+    assert "file" not in note
+
+
 def test_a_note_that_stands_while_the_lens_is_covered_is_told_once() -> None:
     moved = replace(result(0, WarningLevel.NONE, None), notes=("moved",))
     summary = summed(moved, blank(1, "moved"), replace(moved, index=2, time_ns=START_NS + 200_000_000))

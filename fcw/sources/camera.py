@@ -11,6 +11,8 @@ import av
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError, InvalidDataError
+from av.packet import Packet
+from av.video.codeccontext import VideoCodecContext
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
@@ -38,6 +40,8 @@ PLAYLISTS = ("hls", "dash")
 CLOCK_SET_NS = NANOSECONDS
 """A clock that goes back by more, or forward by so much more than the next picture took to come, was set
 anew, as by a time server: later times go on from the last one."""
+STRICT_OPTIONS = {"err_detect": "explode"}
+"""Else FFmpeg's decoder gives a damaged JPEG as if it were whole, grey or shifted from the damage on."""
 STREAM_OPTIONS = {"flags": "low_delay", "rtsp_transport": "tcp"}
 DEFAULT_PORTS = {"rtsp": 554, "http": 80, "https": 443, "rtmp": 1935}
 _NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
@@ -91,14 +95,15 @@ class CameraSource:
         self._address, self._wanted_size = address, wanted_size
         self.name = camera_name(address)
         self.notes: tuple[str, ...] = ()
-        self.trouble = ""
+        self.trouble, self._strict = "", False
         with self._opened() as (container, stream):
             try:
-                first = next(self._pictures(container, stream), None)
+                packet, first = next(self._pictures(container, stream), (None, None))
             except FFmpegError as error:
                 raise UserError(f"{self.name}: the camera gives no picture ({error.strerror})") from error
-            if first is None:
+            if packet is None or first is None:
                 raise UserError(f"{self.name}: the camera gives no picture that can be decoded")
+            self._strict = _is_whole_jpeg(packet, stream)
             (self._square, _), (self._orient, _) = squaring(stream, first), orientation(first)
             blank = np.empty((first.height, first.width, 1), np.uint8)
             height, width = self._orient(self._square(blank)).shape[:2]
@@ -123,7 +128,7 @@ class CameraSource:
                     kind = container.format.name
                     times.connected(self.recorded or kind in OWN_CLOCKS, self.recorded)
                     ends = self.recorded or (container.size > 0 and kind not in PLAYLISTS)
-                    for picture in self._pictures(container, stream):
+                    for _, picture in self._pictures(container, stream):
                         image = self._orient(self._square(bgr(picture)))
                         if (size := ImageSize(image.shape[1], image.shape[0])) != self.image_size:
                             self._end(f"its pictures are {size} now, no longer {self.image_size}")
@@ -155,13 +160,16 @@ class CameraSource:
         """Say why no picture will come any more."""
         self.trouble, self.notes = reason, (f"{self.name}: {reason}",)
 
-    def _pictures(self, container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-        """Decoded pictures; damaged ones are left out."""
+    def _pictures(
+        self, container: InputContainer, stream: VideoStream
+    ) -> Iterator[tuple[Packet, VideoFrame]]:
+        """Decoded pictures and their packets; damaged ones are left out, as far as FFmpeg tells."""
         for packet in container.demux(stream):
             try:
-                yield from packet.decode()
+                pictures = packet.decode()
             except InvalidDataError:
                 continue
+            yield from ((packet, picture) for picture in pictures if not picture.is_corrupt)
 
     @contextmanager
     def _opened(self) -> Iterator[tuple[InputContainer, VideoStream]]:
@@ -181,7 +189,7 @@ class CameraSource:
             if not container.streams.video:
                 raise UserError(f"{self.name}: no video in what the address gives; expected a camera's")
             stream = container.streams.video[0]
-            stream.codec_context.options = DECODER_OPTIONS
+            stream.codec_context.options = DECODER_OPTIONS | (STRICT_OPTIONS if self._strict else {})
             stream.thread_type = "SLICE"  # frame threads would hold pictures back
             yield container, stream
 
@@ -198,6 +206,18 @@ class CameraSource:
         options = {"video_size": str(self._wanted_size)} if self._wanted_size else {}
         number = self._address.removeprefix("/dev/video")
         return (f"/dev/video{number}" if format_name == "v4l2" else number), format_name, options
+
+
+def _is_whole_jpeg(packet: Packet, stream: VideoStream) -> bool:
+    """Whether a packet is a JPEG without fault to the strict decoder: some cameras' all have one."""
+    if stream.codec_context.name != "mjpeg":
+        return False
+    decoder = VideoCodecContext.create("mjpeg", "r")
+    decoder.options = DECODER_OPTIONS | STRICT_OPTIONS
+    try:
+        return bool(decoder.decode(packet) or decoder.decode(None))
+    except FFmpegError:
+        return False
 
 
 class _Times:

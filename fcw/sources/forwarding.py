@@ -50,6 +50,11 @@ class ForwardingSource:
         return self._source.coded_anew if isinstance(self._source, VideoLike) else ""
 
     @property
+    def recorded(self) -> bool:
+        """Whether the drive is a recording, as all sources are but cameras."""
+        return getattr(self._source, "recorded", True)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """The source's."""
         return self._source.notes

@@ -32,7 +32,7 @@ KIND_MEANINGS = {
     NEAR_MISS: "close, but no warning",
     MOUNT_MOVED: "the camera has moved",
     NOTHING_SEEN: "black picture, or none at all",
-    CUT: "an edited clip, or another camera",
+    CUT: "an edited clip, another camera or a damaged picture",
 }
 """What kinds of events are, in a few words."""
 JUDGEMENT_SIGNS = {

@@ -14,6 +14,11 @@ AHEAD = 3
 """Pictures on their way at most; FFmpeg wants to see as many before it gives the first."""
 
 
+def as_jpeg(image: NDArray[np.uint8]) -> bytes:
+    """As a camera sends it."""
+    return cv2.imencode(".jpg", image)[1].tobytes()
+
+
 class StreamServer:
     """Serves `/camera.mjpg` as cameras do, JPEG after JPEG; and `/file`, a recording.
 
@@ -21,10 +26,10 @@ class StreamServer:
         taken: to be released for each picture taken; the stream goes on then.
     """
 
-    def __init__(self, images: Sequence[NDArray[np.uint8]], file: Path | None = None) -> None:
+    def __init__(self, images: Sequence[NDArray[np.uint8] | bytes], file: Path | None = None) -> None:
         self.taken = threading.Semaphore()
         server = self
-        jpegs = [cv2.imencode(".jpg", image)[1].tobytes() for image in images]
+        jpegs = [image if isinstance(image, bytes) else as_jpeg(image) for image in images]
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:

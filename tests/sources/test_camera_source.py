@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from camera_streams import StreamServer
+from camera_streams import StreamServer, as_jpeg
 from clocks import FakeClock
 from numpy.typing import NDArray
 from video_making import MakeVideo
@@ -36,7 +36,7 @@ Serve = Callable[..., StreamServer]
 def serve() -> Generator[Serve]:
     servers: list[StreamServer] = []
 
-    def start(images: list[NDArray[np.uint8]], file: Path | None = None) -> StreamServer:
+    def start(images: list[NDArray[np.uint8] | bytes], file: Path | None = None) -> StreamServer:
         servers.append(StreamServer(images, file))
         return servers[-1]
 
@@ -67,6 +67,29 @@ def test_pictures_of_a_stream_come_in_order_at_the_times_of_their_arrival(
     assert [number(frame.image) for frame in frames] == list(range(20))
     times_s = np.array([frame.time_ns for frame in frames]) / 1e9
     assert times_s == pytest.approx(moments_s - moments_s[0], abs=1e-9)
+
+
+def numbers(server: StreamServer, count: int) -> list[int]:
+    """Of the first pictures of its camera."""
+    found: list[int] = []
+    for frame in itertools.islice(CameraSource(f"{server.url}/camera.mjpg").frames(), count):
+        found.append(number(frame.image))
+        server.taken.release(2)  # for a damaged one, too
+    return found
+
+
+def test_a_damaged_jpeg_is_left_out(serve: Serve, numbered_images: list[NDArray[np.uint8]]):
+    jpegs = [as_jpeg(image) for image in numbered_images[:9]]
+    for damaged in (3, 5):
+        jpegs[damaged] = jpegs[damaged][: len(jpegs[damaged]) * 2 // 3]
+    assert numbers(serve(jpegs), 7) == [0, 1, 2, 4, 6, 7, 8]
+
+
+def test_a_camera_whose_jpegs_all_have_a_fault_is_seen_all_the_same(
+    serve: Serve, numbered_images: list[NDArray[np.uint8]]
+):
+    faulty = [as_jpeg(image)[:-40] for image in numbered_images[:6]]
+    assert len(numbers(serve(faulty), 6)) == 6
 
 
 def test_a_recording_on_the_network_keeps_its_own_times_and_its_own_rate(

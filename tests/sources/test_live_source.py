@@ -185,6 +185,14 @@ def test_what_is_wrong_with_a_source_is_known_until_the_drive_is_ended_by_hand()
     assert source.trouble == ""
 
 
+def test_a_camera_is_no_recording_behind_other_sources_either():
+    class Camera(Made):
+        recorded = False
+
+    assert opened(Made())[0].recorded
+    assert not opened(Camera())[0].recorded
+
+
 class HeldClock(FakeClock):
     """Waiting ends when the test lets it."""
 
