@@ -13,7 +13,7 @@ from rich.console import Console
 
 from fcw.errors import UserError
 from fcw_viz.page.guard.guard import HOST, Guard
-from fcw_viz.page.guard.viser_server import guarded_viser_server, quiet
+from fcw_viz.page.guard.viser_server import guarded_viser_server, quiet_end
 from fcw_viz.page.link import say_goodbye
 from fcw_viz.page.style import set_colours
 from fcw_viz.page.tab import PageTab
@@ -112,22 +112,22 @@ class PageServer(ABC):
 
     def stop(self) -> None:
         """Say so on every page, close the tabs and end it."""
-        for tab in self.tabs:
-            say_goodbye(tab.client, self.goodbye)
-        end_s = time.monotonic() + GOODBYE_S
-        while self.tabs and time.monotonic() < end_s:
-            time.sleep(0.01)
-        with self._lock:
-            tabs, self._tabs = self._tabs, {}
-            ever_open = tuple(self._ever_open)
-        for tab in tabs.values():
-            tab.close()
-        # What a tab is doing goes through the server, also where its browser has gone already.
-        for tab in ever_open:
-            tab.wait_closed()
-        with quiet():
+        with quiet_end():
+            for tab in self.tabs:
+                say_goodbye(tab.client, self.goodbye)
+            end_s = time.monotonic() + GOODBYE_S
+            while self.tabs and time.monotonic() < end_s:
+                time.sleep(0.01)
+            with self._lock:
+                tabs, self._tabs = self._tabs, {}
+                ever_open = tuple(self._ever_open)
+            for tab in tabs.values():
+                tab.close()
+            # What a tab is doing goes through the server, also where its browser has gone already.
+            for tab in ever_open:
+                tab.wait_closed()
             self._server.stop()
-        self._tidying.stop()
+            self._tidying.stop()
 
     async def _connected(self, client: viser.ClientHandle) -> None:
         with self._lock:

@@ -18,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import rich
 import viser
 import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
@@ -93,8 +94,20 @@ def _say(why: str) -> None:
 
 
 def quiet() -> contextlib.redirect_stdout[io.StringIO]:
-    """viser greets and says goodbye on standard output in its own words; the command has its own."""
+    """viser greets on standard output in its own words; the command has its own."""
     return contextlib.redirect_stdout(io.StringIO())
+
+
+@contextmanager
+def quiet_end() -> Iterator[None]:
+    """viser says goodbye on rich's own console: when its server has ended, or when the program exits.
+
+    Where a second Ctrl-C interrupts the first end, the second one comes, and is quiet too.
+    """
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    yield
+    console.quiet = before
 
 
 @contextmanager

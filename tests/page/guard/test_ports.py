@@ -1,6 +1,8 @@
 """Ports of the pages."""
 
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -27,3 +29,30 @@ def test_no_port_is_tried_beyond_the_last_one():
         last.listen()
         with pytest.raises(UserError, match="--port 65535: neither this port nor one after it is free"):
             _free_port(65535)
+
+
+# In a process of its own, as viser ends its server when the program exits.
+INTERRUPTED_TWICE = """
+from contextlib import suppress
+from fcw_viz.page import server
+from fcw_viz.signals import Interrupted
+
+class Page(server.PageServer):
+    def open_tab(self, client):
+        raise AssertionError
+
+def again():
+    raise Interrupted
+
+page = Page(8470, "", False)
+page._server.stop = again
+with suppress(KeyboardInterrupt):
+    page.stop()
+"""
+
+
+def test_who_interrupts_the_end_of_a_page_hears_nothing_of_its_server():
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_TWICE], capture_output=True, text=True, timeout=300
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
