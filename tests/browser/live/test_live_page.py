@@ -302,6 +302,23 @@ def test_from_above_a_narrow_window_shows_level_and_age_all_the_same(
     wait_for(lambda: all(is_in_sight(person, selector) for selector in (".fcw-level", ".fcw-age")))
 
 
+def test_in_a_narrow_window_the_notice_of_an_old_picture_is_one_line_at_its_edge(
+    drive: Drive, open_page: OpenPage, wait_for: WaitFor
+):
+    person = Reviewer(open_page(drive.page.url, window_px=(390, HEIGHT_PX), picture=False))
+    drive.pipeline.start()
+    picture = drawn(person)
+    wait_for(lambda: picture() != "")
+    drive.stop.set()
+    wait_for(lambda: is_said_old(person))
+    notice = person.at(".fcw-late")
+    box = notice.bounding_box()
+    assert box is not None
+    assert (box["x"], box["y"], box["width"]) == (0, 0, 390)
+    assert box["height"] < 30
+    assert notice.evaluate("(shown) => shown.scrollWidth <= shown.clientWidth")  # all of it
+
+
 def is_in_sight(person: Reviewer, selector: str) -> bool:
     """Whether all of an element is seen without scrolling."""
     box = person.at(selector).bounding_box()
