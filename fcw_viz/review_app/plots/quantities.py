@@ -86,7 +86,8 @@ class Span:
         ends += [end for end in (self.low, self.high) if end is not None]
         low, high = (min(ends) * factor, max(ends) * factor) if ends else (0.0, 1.0)
         if high - low < 1e-6 * max(abs(low), abs(high), 1.0):
-            low, high = low - 0.5, high + 0.5
+            # Of nothing, or of zeros only, the axis still begins where it has to.
+            low, high = (low - 0.5, high + 0.5) if self.low is None else (low, low + 1.0)
         step = _step((high - low) / MOST_STEPS)
         bottom, top = math.floor(low / step + 1e-6) * step, math.ceil(high / step - 1e-6) * step
         return bottom, top, step

@@ -1,6 +1,7 @@
 """The plots say what the log says: values are read back from the SVG."""
 
 import json
+import math
 import re
 import threading
 import xml.etree.ElementTree as ET
@@ -171,6 +172,11 @@ def test_every_axis_names_round_values_that_hold_the_curve(drive: Drive):
 )
 def test_an_axis_ends_on_round_values(values: list[float], expected: tuple[float, float, float]):
     assert Span(high=None if values else 1.0).axis([np.array(values)], 1.0) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("values", [[], [math.nan], [0.0, 0.0]])
+def test_without_values_an_axis_still_begins_at_zero(values: list[float]):
+    assert Span().axis([np.array(values)], 3.6) == pytest.approx((0.0, 1.0, 0.25))
 
 
 def test_of_many_values_those_that_have_room_are_named():
