@@ -69,7 +69,7 @@ class WarningPolicy(Protocol):
         ...
 
     def update(self, time_ns: int, threats: Sequence[Threat], ego_speed_mps: float | None) -> WarningState:
-        """The state at `time_ns`; times must not decrease.
+        """The state at `time_ns`; times must not decrease. It is not asked of pictures that are shown again.
 
         Args:
             time_ns: of the frame.
