@@ -165,7 +165,7 @@ def print_rates(splits: Sequence[Split]) -> None:
                     f"{statistics.mean(point.fppi for point in points):.3f}",
                 ]
             )
-    say("\nThe paper's Table 4, as printed; other pictures, which nobody else has:\n")
+    say("\nThe paper's Table 3, as printed; other pictures, which nobody else has:\n")
     say_row(["method", "detection rate", "FPPI", "s a frame"], head=True)
     for method, rate, fppi, seconds in PAPER_TABLE_4:
         say_row([f"{method} (paper)", f"{rate:.4f}", f"{fppi:.3f}", f"{seconds:g}"])

@@ -28,9 +28,9 @@ for point in POINTS:
         f"  row {point.row_px}: {point.distance_m} m taped, {paper.distance_at(point.row_px):.2f} m by eq. 3"
     )
 
-print("Table 1, eq. 13: the row of a distance")
+print("Table 1, eq. 4: the row of a distance")
 for distance_m, row_px in (5, 482), (10, 325), (20, 260):
-    print(f"  {distance_m} m: row {row_px} in the paper, {paper.row_at(distance_m):.0f} by eq. 13")
+    print(f"  {distance_m} m: row {row_px} in the paper, {paper.row_at(distance_m):.0f} by eq. 4")
 
 print("Table 2: errors grow with the distance, for a pixel is more of it")
 for distance_m, error in (5, 0.0), (7, 0.0029), (9, 0.0089), (11, 0.01), (15, 0.0173), (17, 0.0182):

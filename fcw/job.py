@@ -217,7 +217,7 @@ class PreparedDrive:
         start = time.perf_counter()
         run_pipeline(self.source, stages, self.header, stop, add)
         if summary.frames == 0 and not stop.is_set():
-            raise UserError(f"{self.job.source}: no frame could be read; " + "; ".join(self.source.notes))
+            raise UserError("; ".join((f"{self.job.source}: no frame could be read", *self.source.notes)))
         check_log(out / MCAP_NAME, summary.frames)
         given = summary.notes_on(self.ego_speed)
         notes = (*self.notes, *self.source.notes, *given, *summary.all_notes)

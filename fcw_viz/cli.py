@@ -6,7 +6,9 @@ Exit codes: 0 done; 2 the user's input is wrong (one message on stderr); 1 a fau
 
 import os
 import sys
+from collections import Counter
 from contextlib import redirect_stdout, suppress
+from itertools import takewhile
 from typing import Annotated
 
 import tyro
@@ -83,6 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
             _parsed(["--help"])
         return EXIT_WRONG_INPUT
     try:
+        _check_given_once(typed)
         command = _parsed(typed)
     except UserError as error:  # of a single option
         return _wrong_input(error)
@@ -128,6 +131,21 @@ def _parsed(arguments: list[str]) -> Command:
         config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
         registry=registry,
     )
+
+
+def _check_given_once(arguments: list[str]) -> None:
+    """See that no option is given twice: of `--data A --data B` the parser would take B without a word.
+
+    Raises:
+        UserError: one is.
+    """
+    given = [one.partition("=")[0].replace("_", "-") for one in takewhile(lambda one: one != "--", arguments)]
+    options = Counter(one for one in given if one.startswith("--"))
+    for option in (one for one, times in options.items() if times > 1):
+        raise UserError(
+            f"{option}: given {options[option]} times; give it once, and all its values after it where it "
+            "takes several"
+        )
 
 
 def _wrong_input(error: UserError) -> int:

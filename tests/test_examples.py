@@ -128,5 +128,5 @@ def test_the_papers_numbers_stand_beside_those_of_its_equations(examples):
     told = run(examples, "08_the_papers_tables").stdout
     assert "ahead of the camera: pitch 1.1036 rad, f 260.9 px, axis at row 733.1" in told  # solved by hand
     assert [float(row) for row in re.findall(r"m taped, (\S+) m by eq. 3", told)] == [5.79, 6.79, 8.86]
-    assert len(re.findall(r"row \d+ in the paper, \d+ by eq. 13", told)) == 3
+    assert len(re.findall(r"row \d+ in the paper, \d+ by eq. 4", told)) == 3
     assert len(re.findall(r"off in the paper; one pixel is", told)) == 6

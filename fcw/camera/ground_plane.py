@@ -1,6 +1,6 @@
 """A camera over a flat road: image rows and columns against distance and lateral position.
 
-The paper's eq. 13 in image coordinates (rows grow downwards, everything signed) is a one-dimensional
+The paper's eq. 4 in image coordinates (rows grow downwards, everything signed) is a one-dimensional
 projective map between distance d along the ground and row v:
 
     v = v0 + f_y tan(atan(h/d) - a)  =  B + K / (d + C)
@@ -81,7 +81,7 @@ class GroundPlaneCamera:
     @overload
     def row_at(self, distance_m: FloatArray) -> FloatArray: ...
     def row_at(self, distance_m: float | FloatArray) -> float | FloatArray:
-        """Row of the road at a distance (eq. 13, its sign mended); +inf for points the camera has behind it.
+        """Row of the road at a distance (eq. 4, its sign mended); +inf for points the camera has behind it.
 
         An infinite distance gives the horizon's row.
         """

@@ -248,7 +248,8 @@ def _cause(calibration: Calibration, judgement: Judgement | None) -> Finding:
         if proposal is not None:
             words = (
                 f"A reference offset of {proposal.offset_m:.2f} m would put the optical axis near the "
-                f"picture's middle ({proposal.low_m:.1f} to {proposal.high_m:.1f} m are plausible)"
+                f"picture's middle (with exact clicks {proposal.low_m:.1f} to {proposal.high_m:.1f} m "
+                "are plausible)"
             )
         text = cause_text(named, calibration.points, calibration.reference_offset_m, words)
         text = f"no camera behind a windscreen fits these points well; likely cause: {text}."

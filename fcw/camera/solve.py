@@ -1,8 +1,8 @@
 """From clicked points to a calibration: least squares with priors, and the exact three-point solution.
 
 Three free points let pitch, focal length and principal row trade off against each other, so that a click one
-pixel off makes an impossible camera. What every lens has (its axis near the picture's middle, a plausible
-field of view) is weak knowledge and takes part unless something better is said.
+pixel off makes an impossible camera. What every dash camera has (its axis near the picture's middle, a
+plausible field of view, about level) is weak knowledge and takes part unless something better is said.
 """
 
 import math

@@ -96,8 +96,9 @@ class OwnPath:
         """Lateral position of the path's middle at a distance from the camera, positive to the left."""
         grows_m = min(distance_m, GROWS_FOR_M)
         beyond_m = distance_m - grows_m
-        grown_m3 = grows_m**3 / 6 + grows_m * beyond_m * (grows_m + beyond_m) / 2
-        bent_m = self.curvature_per_m * distance_m**2 / 2 + self.growth_per_m2 * grown_m3
+        # Products, as a power raises where a log states a distance that is out of range.
+        grown_m3 = grows_m * grows_m * grows_m / 6 + grows_m * beyond_m * (grows_m + beyond_m) / 2
+        bent_m = self.curvature_per_m * (distance_m * distance_m) / 2 + self.growth_per_m2 * grown_m3
         return self.offset_m + self.heading_rad * distance_m + bent_m
 
     def slope_at(self, distance_m: float) -> float:

@@ -50,12 +50,15 @@ def run_train(command: TrainCommand) -> int:
     import shutil
     from datetime import UTC, datetime
 
+    from fcw.errors import UserError
+
+    if command.seed < 0:
+        raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
     from fcw.detection.model import model_sha256
     from fcw.detection.net.model import NetModel
     from fcw.detection.training.folders import load_training_set
     from fcw.detection.training.own_pictures import found_of_own
     from fcw.detection.training.training import TrainingSettings, train
-    from fcw.errors import UserError
     from fcw.files import check_kind
     from fcw_viz.console import MESSAGES, progress
 

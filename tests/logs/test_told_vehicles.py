@@ -1,5 +1,6 @@
 """Which vehicles have words wherever a frame is shown."""
 
+import math
 from dataclasses import replace
 
 from hypothesis import given
@@ -58,6 +59,12 @@ def test_in_a_bend_a_neighbour_is_no_rival_who_is_straight_ahead_of_the_camera()
     bend = OwnPath(curvature_per_m=1 / 100)
     assert told_ids(replace(result(lead, beside, lead_id=1), own_path=bend)) == {1}
     assert told_ids(result(lead, beside, lead_id=1)) == {1, 2}
+
+
+def test_a_distance_out_of_range_is_no_rival():
+    far = replace(ASIDE, track_id=2, distance_m=1e300)
+    bend = OwnPath(curvature_per_m=1 / 100)
+    assert told_ids(replace(result(replace(LEAD, distance_m=math.inf), far, lead_id=1), own_path=bend)) == {1}
 
 
 def test_on_a_free_road_the_two_nearest_have_words():

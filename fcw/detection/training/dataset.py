@@ -6,7 +6,7 @@ with `"ignore": true` is neither a vehicle to learn from nor background. `rear_b
 vehicle that is seen from a corner: who finds that has found the vehicle too.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -33,6 +33,21 @@ MISPLACED_MAX_IOU = 0.45
 MOST_BOXES = 2000
 """In one picture: every box is compared with every other."""
 NO_BOX = (float("nan"),) * 4
+PEOPLE = {"person", "people", "pedestrian", "child", "rider", "cyclist"}
+NO_VEHICLES = PEOPLE | {
+    "animal",
+    "bird",
+    "cat",
+    "dog",
+    "horse",
+    "train",
+    "traffic_light",
+    "traffic_sign",
+    "stop_sign",
+}
+"""Categories of COCO, KITTI, BDD100K and Cityscapes, on roads and beside them, that are no vehicles ahead."""
+NEITHER = {"bicycle", "bike", "motorcycle", "motorbike", "motor", "dontcare", "misc"}
+"""Names of those that are neither hit nor false: two-wheelers, and what nobody labelled one by one."""
 """The row of an array of boxes that stands for none."""
 
 
@@ -103,8 +118,28 @@ def read_coco(labels: Path) -> Any:  # noqa: ANN401 - JSON has no type
     return json_value(read_text(labels, MOST_JSON_BYTES))
 
 
+def vehicle_annotations(content: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Annotations of COCO labels without those of categories that are no vehicles by their names.
+
+    Two-wheelers, and crowds of vehicles, are ignored: `ignore` is set. Other names all count.
+    """
+    names = {one["id"]: category_name(one) for one in content.get("categories") or ()}
+    for annotation in content["annotations"]:
+        name = names.get(annotation.get("category_id"), "")
+        if name in NO_VEHICLES:
+            continue
+        neither = annotation.get("iscrowd") or name in NEITHER
+        yield {**annotation, "ignore": True} if neither else annotation
+
+
+def category_name(category: Mapping[str, Any]) -> str:
+    """In lower case, its words joined: `Person_sitting` and `traffic light` begin as others write them."""
+    name = "_".join(str(category.get("name", "")).lower().replace("-", " ").split())
+    return name.removesuffix("_sitting")
+
+
 def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
-    """Read COCO labels.
+    """Read COCO labels; of several categories those that are vehicles, see `vehicle_annotations`.
 
     Args:
         labels: the JSON file.
@@ -117,7 +152,7 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
         content = read_coco(labels)
         pictures = {image["id"]: image for image in content["images"]}
         annotations: dict[Any, list[dict[str, Any]]] = {identity: [] for identity in pictures}
-        for annotation in content["annotations"]:
+        for annotation in vehicle_annotations(content):
             if annotation["image_id"] not in annotations:
                 raise UserError(
                     f"{labels}: annotation {annotation['id']} names image {annotation['image_id']}, "

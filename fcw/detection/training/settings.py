@@ -7,7 +7,7 @@ from fcw.detection.acf import AcfSettings
 from fcw.detection.training.samples import Augmentation
 
 PAPERS_FPPI = 0.046
-"""Where the paper works (Table 4)."""
+"""Where the paper works (Table 3)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,8 +88,8 @@ def train(
     curve = detection_curve(held_out.results)
     point = curve.at_threshold(_score_threshold(held_out.results, settings))
     progress.note(
-        f"held out: detection rate {point.detection_rate:.3f}, {point.fppi:.3f} false positives per picture, "
-        f"{settings.fppi:g} of them on background; score threshold {point.threshold:.2f}",
+        f"held out: detection rate {point.detection_rate:.3f}, {point.fppi:.3f} false positives per picture "
+        f"(on background at most {settings.fppi:g} were allowed); score threshold {point.threshold:.2f}",
         detection_rate=point.detection_rate,
         fppi=point.fppi,
         score_threshold=point.threshold,

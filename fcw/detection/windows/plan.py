@@ -9,7 +9,7 @@ the road: a rear of S metres is S / h times as large as the rows from the horizo
 
     size_low_m <= s h / (v - B) <= size_high_m    and    row(farthest) <= v <= row(nearest)
 
-for some pitch within the tolerance, the rows being those of eq. 13, signed.
+for some pitch within the tolerance, the rows being those of eq. 4, signed.
 """
 
 import math

@@ -10,7 +10,7 @@ from fcw.detection.matching import DetectionCurve, OperatingPoint
 
 LOWEST_FPPI, HIGHEST_FPPI = 0.005, 20.0
 FPPI_TICKS = (0.01, 0.046, 0.1, 0.3, 1.0, 3.0, 10.0)
-"""0.046 is where the paper's Table 4 stands."""
+"""0.046 is where the paper's Table 3 stands."""
 GRID_FPPI = np.geomspace(LOWEST_FPPI, HIGHEST_FPPI, 60)
 
 

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from fcw.bounded.formats import json_value
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
-from fcw.detection.training.dataset import LabelledImage, read_coco, read_labels
+from fcw.detection.training.dataset import (
+    NEITHER,
+    NO_VEHICLES,
+    LabelledImage,
+    category_name,
+    read_coco,
+    read_labels,
+    vehicle_annotations,
+)
 from fcw.detection.training.own_data import read_calibration_table
 from fcw.errors import UserError
 
@@ -63,7 +71,7 @@ def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
     content = read_coco(labels)
     pictures = {picture["id"]: picture for picture in content["images"]}
     fields: dict[Any, list[Mapping[str, Any]]] = {identity: [] for identity in pictures}
-    for annotation in content["annotations"]:
+    for annotation in vehicle_annotations(content):
         _, _, w, h = map(float, annotation["bbox"])
         if 0 not in (w, h):  # the rest says nothing: see read_labels
             fields[annotation["image_id"]].append(annotation)
@@ -86,11 +94,12 @@ def _time_s(labels: Path, frame: object, fps: object) -> float | None:
 
 
 def read_category(labels: Path) -> int:
-    """The id of the labels' one category of vehicles, the first; 1 where none is named."""
+    """The id of the labels' first category of vehicles; 1 where none is named."""
     categories = read_coco(labels).get("categories") or [{"id": 1}]
     try:
-        return int(categories[0]["id"])
-    except (KeyError, TypeError, ValueError, IndexError):
+        vehicles = (one["id"] for one in categories if category_name(one) not in NO_VEHICLES | NEITHER)
+        return int(next(vehicles, 1))
+    except (AttributeError, KeyError, TypeError, ValueError):
         raise UserError(
             f"{labels}: categories is {categories!r:.80}, expected a list of objects with an id"
         ) from None

@@ -35,6 +35,11 @@ EXPORT = ["export", "x", "--format", "csv", "--out", "o"]
         (["calibrate", "--export", "ros", "x.yaml"], "--export ros x.yaml: expected camera_info or kalibr"),
         (["run", "x.mp4", "--out", ""], '--out "": expected a file or folder'),
         (["calibrate", "--export", "kalibr", ""], '--export kalibr "": expected a file or folder'),
+        (
+            ["train", "--data", "a", "--data=b", "--out", "m.npz"],
+            "--data: given 2 times; give it once, and all",
+        ),
+        (["train", "--data", "a", "--out", "m.npz", "--seed", "-1"], "--seed -1: expected a whole number"),
         (["export", "x", "--format", "csv", "--out", "-"], "--out -: standard input and output are not used"),
         (
             ["evaluate", "detection", "l", "--images", "i", "--calibration", "c", "--at-fppi", "x"],

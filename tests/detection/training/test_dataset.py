@@ -53,6 +53,20 @@ def labels(tmp_path):
     return write
 
 
+# What counts as a vehicle
+
+
+def test_people_are_no_vehicles_and_crowds_and_two_wheelers_are_neither(labels, tmp_path):
+    names = ["car", "Person_sitting", "motorcycle", "Lieferwagen", "traffic light", "truck"]
+    content = coco(*[(10 * i, 0, 5, 5) for i in range(6)])
+    content["categories"] = [{"id": i, "name": name} for i, name in enumerate(names)]
+    for i, annotation in enumerate(content["annotations"]):
+        annotation |= {"category_id": i, "iscrowd": int(names[i] == "truck")}
+    (image,) = read_labels(labels(content), tmp_path)
+    assert image.boxes[:, 0].tolist() == [0, 20, 30, 50]
+    assert image.ignored.tolist() == [False, True, False, True]
+
+
 # Which windows may serve as background
 
 

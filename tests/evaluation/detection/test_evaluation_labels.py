@@ -48,6 +48,14 @@ def test_pictures_keep_their_ids_times_and_attributes(labels):
     assert read_category(labels) == 9
 
 
+def test_of_the_categories_of_coco_the_first_that_is_a_vehicle_is_given_back(labels):
+    content = json.loads(labels.read_text())
+    names = [(1, "person"), (2, "bicycle"), (9, "car"), (6, "bus")]
+    content["categories"] = [{"id": number, "name": name} for number, name in names]
+    labels.write_text(json.dumps(content))
+    assert read_category(labels) == 9
+
+
 def test_a_missing_picture_is_named(labels):
     (labels.parent / "drive" / "b.png").unlink()
     with pytest.raises(UserError, match=r"b\.png.*labels\.json names this picture.*--images"):
