@@ -30,7 +30,7 @@ class RunCommand:
     """Folder for the logs and summary.json. Default: recordings/<name>, for a camera with the time. Earlier
     logs in it are replaced."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
-    """net: two small neural nets; one glances, one looks closer. acf: boosted trees; three times as fast, but
+    """net: two small neural nets; one glances, one looks closer. acf: boosted trees; a little faster, but
     fewer near vehicles. acf-full: the trees, on the whole picture. onnx: a YOLO net."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
     """Classes of the ONNX model that count as vehicles. Default: cars, vans, trucks and buses."""
