@@ -29,7 +29,9 @@ class Drive:
     calibration: Path
 
     def arguments(self, *more: str) -> list[str]:
-        given = ["--images", str(self.images), "--calibration", str(self.calibration)]
+        """The command with `more`, which may say otherwise where pictures and calibration are."""
+        usual = {"--images": str(self.images), "--calibration": str(self.calibration)}
+        given = [text for option in usual.items() if option[0] not in more for text in option]
         return ["evaluate", "detection", str(self.labels), *given, *more]
 
 
