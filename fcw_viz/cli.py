@@ -7,9 +7,11 @@ Exit codes: 0 done; 2 the user's input is wrong (one message on stderr); 1 a fau
 import os
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import redirect_stdout, suppress
+from dataclasses import fields, is_dataclass
 from itertools import takewhile
-from typing import Annotated
+from typing import Annotated, Any, get_args, get_origin
 
 import tyro
 
@@ -134,18 +136,35 @@ def _parsed(arguments: list[str]) -> Command:
 
 
 def _check_given_once(arguments: list[str]) -> None:
-    """See that no option is given twice: of `--data A --data B` the parser would take B without a word.
+    """See that no option of several values is given twice: of `--data A --data B` only B would be read.
+
+    Of an option of one value the last one counts, as elsewhere: scripts add theirs behind.
 
     Raises:
         UserError: one is.
     """
     given = [one.partition("=")[0].replace("_", "-") for one in takewhile(lambda one: one != "--", arguments)]
-    options = Counter(one for one in given if one.startswith("--"))
-    for option in (one for one, times in options.items() if times > 1):
+    twice = {one for one, times in Counter(given).items() if times > 1 and one.startswith("--")}
+    for option in twice and twice.intersection(_options_of_several(Command)):
         raise UserError(
-            f"{option}: given {options[option]} times; give it once, and all its values after it where it "
-            "takes several"
+            f"{option}: given {given.count(option)} times; give it once, and all its values after it"
         )
+
+
+def _options_of_several(kind: Any) -> Iterator[str]:  # noqa: ANN401 - a class, or a union of them
+    """Options of a command, or of commands, that take a tuple."""
+    if not is_dataclass(kind):
+        for part in get_args(kind):
+            yield from _options_of_several(part)
+        return
+    for option in fields(kind):
+        if _takes_several(option.type):
+            yield "--" + option.name.replace("_", "-")
+        yield from _options_of_several(option.type)
+
+
+def _takes_several(kind: Any) -> bool:  # noqa: ANN401 - as an option states it
+    return get_origin(kind) is tuple or any(map(_takes_several, get_args(kind)))
 
 
 def _wrong_input(error: UserError) -> int:
