@@ -145,7 +145,7 @@ def _check_given_once(arguments: list[str]) -> None:
     """
     given = [one.partition("=")[0].replace("_", "-") for one in takewhile(lambda one: one != "--", arguments)]
     twice = {one for one, times in Counter(given).items() if times > 1 and one.startswith("--")}
-    for option in twice and twice.intersection(_options_of_several(Command)):
+    for option in twice.intersection(_options_of_several(Command)):
         raise UserError(
             f"{option}: given {given.count(option)} times; give it once, and all its values after it"
         )

@@ -25,15 +25,16 @@ const animated = () => {
 };
 // Of a picture that follows; one that was not drawn yet keeps its time, so that no age is too small.
 age.comes = (captured) => (age.coming ??= captured ?? performance.now());
-// What the notice says; nothing for what it says by itself.
+// What the notice says; nothing for what it says by itself. While there is a reason nothing is live.
 age.says = (words) => {
+  document.documentElement.dataset.fcwLive = words ? "lost" : "";
   age.words = words || OLD_WORDS;
   element().textContent = age.words;
 };
 // No picture will come any more: what the page says of the present moment is hidden. Words of a loss stay.
 age.end = (lost) => {
-  document.documentElement.dataset.fcwLive = "ended";
   if (lost) age.says(lost);
+  document.documentElement.dataset.fcwLive = "ended";
   element().classList.toggle("lost", Boolean(lost));
   age.animation?.cancel();
   age.coming = age.captured = null;

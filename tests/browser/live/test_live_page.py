@@ -225,9 +225,12 @@ def test_a_page_whose_camera_is_gone_says_so_and_then_for_good(
     drive.camera.trouble = "the camera is gone; connecting again"
     wait_for(lambda: person.words(".fcw-late") == "The camera is gone; connecting again")
     wait_for(lambda: is_said_old(person))
+    said = [page.locator(selector).first for selector in (".fcw-live", ".fcw-level")]
+    assert not any(one.is_visible() for one in said)  # whether there is no danger nobody knows
     drive.camera.trouble = ""  # it is there again
     wait_for(lambda: "This picture is old" in person.words(".fcw-late"))
     wait_for(lambda: not is_said_old(person))
+    wait_for(lambda: all(one.is_visible() for one in said))
 
     drive.camera.trouble = "the camera is gone (broken)"
     drive.camera.over.set()
