@@ -50,7 +50,7 @@ class BatchCommand:
     """Number of processes on this computer. Default: one for each core."""
     scheduler: Annotated[str | None, tyro.conf.arg(metavar="tcp://HOST:PORT")] = None
     """Address of a running Dask scheduler. Its workers must see the same files under the same paths."""
-    piece_minutes: float = 2.0
+    piece_minutes: Annotated[float, tyro.conf.arg(metavar="MINUTES")] = 2.0
     """With fewer than two drives for each worker, vehicles in a drive of more than one and a half times this
     length are looked for in pieces at the same time. The results are the same; 0 never does it."""
     retry: bool = False

@@ -17,11 +17,11 @@ class BenchCommand:
     """Video to measure on. Default: the shipped drive."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Its calibration file. Default: `<name>.calibration.yaml` beside the source."""
-    rounds: int = 3
+    rounds: Annotated[int, tyro.conf.arg(metavar="N")] = 3
     """Number of runs of each case. Medians and minima are reported."""
-    detector_frames: int = 60
+    detector_frames: Annotated[int, tyro.conf.arg(metavar="N")] = 60
     """Number of pictures for the detectors in each round, in one thread."""
-    shortest: float = 40.0
+    shortest: Annotated[float, tyro.conf.arg(metavar="SECONDS")] = 40.0
     """For whole drives: a video shorter than this is repeated to reach it, in seconds."""
     onnx: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """A YOLO net to measure beside the built-in detectors."""

@@ -17,7 +17,7 @@ class SimulateCommand:
     path of your own scenario file."""
     out: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
     """Folder for the files. An earlier simulated drive in it is replaced."""
-    seed: int = 0
+    seed: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Changes vehicles, colours, roadside, light and timing. The same seed gives the same pictures."""
 
 

@@ -34,7 +34,7 @@ class TrainCommand:
     parts what is learnt and one part the old. Give the pictures that it learnt from as well, if you have
     them: what it is not shown again it may forget."""
 
-    seed: int = 0
+    seed: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Random seed: the same data and seed give the same model."""
 
     permissive_only: bool = False

@@ -38,11 +38,11 @@ class CalibrateCommand:
     """Size of the picture in which the rows were read; not needed with a source."""
     height: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
     """Height of the camera above the road in metres; not needed with --rectangle-sides or --plate."""
-    reference_offset: float = 0.0
+    reference_offset: Annotated[float, tyro.conf.arg(metavar="METRES")] = 0.0
     """Metres from the camera forward to where the distances start (front bumper); 0 is the camera itself."""
-    row_sigma: float = 1.0
+    row_sigma: Annotated[float, tyro.conf.arg(metavar="PX")] = 1.0
     """Standard deviation of a clicked row in pixels."""
-    tape_error: float = TAPE_ERROR
+    tape_error: Annotated[float, tyro.conf.arg(metavar="PART")] = TAPE_ERROR
     """Relative standard deviation of the tape, common to all distances: 0.01 is 1 %."""
     exact: bool = False
     """With --points: the paper's closed-form solution from three points, without any prior."""
@@ -95,7 +95,7 @@ class CalibrateCommand:
     """Units of the distances shown. Input is always in metres."""
     json: bool = False
     """Print the result as JSON, and nothing else on stdout."""
-    port: int = 8080
+    port: Annotated[int, tyro.conf.arg(metavar="N")] = 8080
     """Port of the page. If it is taken, the next free one is used."""
     no_open: bool = False
     """Do not open the page in the browser, only print its address."""

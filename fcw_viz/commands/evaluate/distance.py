@@ -22,7 +22,7 @@ class EvaluateDistanceCommand:
     """gt.json of the TuSimple velocity challenge, as a second data set: single boxes with lidar range."""
     simulated_tracks: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Also simulate N tracks, and print the share whose last interval contains the truth (ideal: 68 %)."""
-    sequences: tuple[str, ...] = ()
+    sequences: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")] = ()
     """Names of the sequences, e.g. 0000 0004. Default: all in the folder."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
     """Standard deviation of the noise added to the sides of the labelled boxes, in pixels; 1.5 times as much
@@ -34,7 +34,7 @@ class EvaluateDistanceCommand:
     with another load."""
     leave_one_out: bool = False
     """Choose the tracker's constants on all sequences but one, measure on that one, and repeat for each."""
-    seed: int = 0
+    seed: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Random seed of the noise of boxes and clicks."""
     samples: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """CSV file to write, with every measured vehicle in every frame."""

@@ -85,7 +85,7 @@ class EvaluateWarningCommand:
     much."""
     sight: Annotated[float, tyro.conf.arg(metavar="M")] = 120.0
     """In the scenarios: distance up to which vehicles are detected, in metres from the camera."""
-    seed: int = 0
+    seed: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Random seed of the noise of boxes and clicks."""
     json: bool = False
     """Print the result as JSON, and nothing else on stdout."""
