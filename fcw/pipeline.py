@@ -25,7 +25,7 @@ from fcw.motion.ego import Ego, EgoEstimator
 from fcw.motion.flow.cuts import Follows
 from fcw.sources.repeated import RepeatedPictures
 from fcw.threads import one_opencv_thread
-from fcw.threat.of_tracker import judge_tracks, track_frame
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.warning.asking import state_by
 from fcw.warning.ego_speed import EgoSpeed
@@ -121,9 +121,9 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         stages.policy.begin_anew()
     told = ((NOTHING_SEEN, nothing_seen(frame.image)), (CUT, ego.follows is Follows.AFTER_CUT))
     own_mps = ego.motion.speed_mps
-    tracks = track_frame(stages.tracker, frame.time_ns, detections, ego, frame.image)
+    tracks = stages.tracker.update(frame.time_ns, detections, ego, frame.image)
     tracks = tuple(map(in_single_precision, tracks))
-    threats = judge_tracks(stages.tracker, tracks, ego)
+    threats = threats_of(stages.tracker, tracks, ego)
     return FrameResult(
         index=frame.index,
         time_ns=frame.time_ns,

@@ -27,7 +27,6 @@ from fcw.evaluation.warning.threats import seen_in_pictures
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
 from fcw.simulation.world.scenario import load_scenario, threat_names
-from fcw.threat.of_tracker import track_frame
 from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
@@ -103,7 +102,7 @@ def run(name: str, seed: int, settings: Sequence[TrackerSettings]) -> list[Float
     pictures = render_drive(scenario, seed)
     for image, truth, detections, ego, _ in seen_in_pictures(pictures, calibration, detector):
         for tracker, errors in zip(trackers, found, strict=True):
-            for track in track_frame(tracker, truth.time_ns, detections, ego, image):
+            for track in tracker.update(truth.time_ns, detections, ego, image):
                 vehicle = vehicle_of(track, truth)
                 if vehicle is not None:
                     error = error_of(track, vehicle, calibration.reference_offset_m)

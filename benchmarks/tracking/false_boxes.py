@@ -24,9 +24,9 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
 from fcw.motion.ego import Ego
+from fcw.motion.path import assumed_path
 from fcw.motion.state import OwnMotion
-from fcw.threat.of_tracker import judge_tracks, track_frame
-from fcw.threat.own_path import assumed_path
+from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.warning.policies import make_policy
 from fcw.warning.types import WarningLevel
@@ -110,8 +110,8 @@ def run(log: DriveLog, longest_s: float, seed: int) -> list[FalseBox]:
             result.own_path or assumed_path(None),
         )
         found = put_in(boxes, frame, result, calibration, times_s, rng)
-        tracks = track_frame(tracker, result.time_ns, found, ego, pictures.at(result.index))
-        state = policy.update(result.time_ns, judge_tracks(tracker, tracks, ego), ego.motion.speed_mps)
+        tracks = tracker.update(result.time_ns, found, ego, pictures.at(result.index))
+        state = policy.update(result.time_ns, threats_of(tracker, tracks, ego), ego.motion.speed_mps)
         for one in boxes:
             for track in tracks:
                 is_new = one.track_id is None and track.age_s < 1.0 and times_s[frame] < one.last_s + 0.2

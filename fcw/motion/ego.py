@@ -13,7 +13,7 @@ from fcw.camera.calibration import Calibration, Gaussian
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.flow.cuts import CutWatch, Follows
 from fcw.motion.lanes import Lane, LaneTracker
-from fcw.motion.path import SLOWEST_TURN_MPS, PathAhead
+from fcw.motion.path import PathAhead, assumed_path, path_curvature_per_m
 from fcw.motion.settings import MotionSettings
 from fcw.motion.state import OwnMotion, OwnPath, SpeedSource
 
@@ -35,6 +35,14 @@ class Ego(NamedTuple):
     path: OwnPath
     body_pitch_rad: Gaussian | None = None
     follows: Follows = Follows.SAME_VIEW
+
+
+def assumed_ego(speed_mps: float | None) -> Ego:
+    """Where at most the speed is known: we drive straight on."""
+    return Ego(OwnMotion(speed_mps=speed_mps), assumed_path(speed_mps))
+
+
+NOTHING_KNOWN = assumed_ego(None)
 
 
 class EgoEstimator:
@@ -104,9 +112,7 @@ class EgoEstimator:
             return self._lanes.lane
         self._time_ns = picture.time_ns
         heading_rad = 0.0 if motion.mount is None else -motion.mount.yaw_rad
-        speed_mps, yaw_radps = motion.speed_mps, motion.yaw_rate_radps
-        bend_per_m = 0.0
-        if speed_mps is not None and yaw_radps is not None and speed_mps > SLOWEST_TURN_MPS:
-            bend_per_m = yaw_radps / speed_mps
+        speed_mps = motion.speed_mps
+        bend_per_m = path_curvature_per_m(speed_mps, motion.yaw_rate_radps)
         dt_s = math.inf if before is None else (picture.time_ns - before) / 1e9
         return self._lanes.update(picture.grey, estimator.view, heading_rad, bend_per_m, speed_mps, dt_s)

@@ -12,6 +12,7 @@ import numpy as np
 
 from fcw.box import Box, iou
 from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
 from fcw.kernels.assignment import assign
 from fcw.tracking.ranging import BoxNoise, measures_height, measures_row, measures_width
@@ -84,6 +85,53 @@ def associate(
         for row, column in assign(cost)
         if cost[row, column] < NEVER and iou(inside[row], found[column]) >= least_iou
     ]
+
+
+def match_detections(
+    predicted: Sequence[Box],
+    confirmed: Sequence[bool],
+    detections: Sequence[Detection],
+    size: ImageSize,
+    settings: TrackerSettings,
+) -> list[tuple[int, int]]:
+    """Pairs (vehicle, detection), in the order of the vehicles.
+
+    Boxes go to vehicles that are believed before those that are not yet: a second box of a vehicle begins
+    a track that would take its first one from it. Faint boxes go to vehicles that are not found
+    otherwise, or to none (both as in ByteTrack, Zhang et al. 2022).
+
+    Args:
+        predicted: of the vehicles that are followed, in or beyond the picture.
+        confirmed: which of them are believed.
+        detections: in the picture.
+        size: of the picture.
+        settings: of the tracker.
+    """
+    pairs = list[tuple[int, int]]()
+    vehicles = range(len(predicted))
+    believed = [vehicle for vehicle in vehicles if confirmed[vehicle]]
+    new = [vehicle for vehicle in vehicles if not confirmed[vehicle]]
+    for wanted, faint, least_iou in (
+        (believed, False, 0.0),
+        (new, False, 0.0),
+        (vehicles, True, settings.faint_iou),
+    ):
+        taken, used = {vehicle for vehicle, _ in pairs}, {index for _, index in pairs}
+        free = [vehicle for vehicle in wanted if vehicle not in taken]
+        found = [
+            index
+            for index, detection in enumerate(detections)
+            if detection.faint == faint and index not in used
+        ]
+        matched = associate(
+            [predicted[vehicle] for vehicle in free],
+            [detections[index].box for index in found],
+            size,
+            settings,
+            least_iou,
+        )
+        pairs += [(free[row], found[column]) for row, column in matched]
+    return sorted(pairs)
 
 
 def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> Edges:

@@ -12,12 +12,8 @@ ONCOMING_MARGIN_MPS = 3.0
 ONCOMING_SIGMAS = 1.0
 """How surely the closing speed must exceed the own speed before a vehicle counts as oncoming: a standing
 vehicle closes exactly at the own speed, and must not be lost to noise."""
-
-
 RIVAL_AHEAD_S = 1.5
 """How far ahead it is looked who comes into the path: half a change of lane."""
-SLOWEST_TURN_MPS = 3.0
-"""Below this a small yaw rate would be any curvature."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,13 +56,6 @@ class Corridor:
         # It leaves when it is out and does not come, or will be out for good.
         stays = abs(lateral_m) <= self.leave_m and abs(soon_m) <= self.leave_m + self.enter_m / 2
         return comes or (was_inside and stays)
-
-
-def path_curvature_per_m(ego_speed_mps: float | None, yaw_rate_radps: float | None) -> float:
-    """Curvature of the own path, positive to the left; 0 where speed or yaw rate is unknown, or too slow."""
-    if ego_speed_mps is None or yaw_rate_radps is None or ego_speed_mps < SLOWEST_TURN_MPS:
-        return 0.0
-    return yaw_rate_radps / ego_speed_mps
 
 
 def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None) -> bool:

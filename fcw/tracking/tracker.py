@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +10,16 @@ from numpy.typing import NDArray
 from fcw.box import Box, shared_area
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.detection.detector import Detection
-from fcw.motion.bend.turn import Turn
+from fcw.motion.bend.turn import turn_of
+from fcw.motion.ego import NOTHING_KNOWN, Ego
+from fcw.motion.flow.cuts import Follows
 from fcw.motion.mount import MountNote
 from fcw.motion.state import Mount, OwnPath
-from fcw.tracking.association import WHOLE, Edges, associate, free_edges
+from fcw.tracking.association import WHOLE, Edges, free_edges, match_detections
 from fcw.tracking.belief.doubts import Doubts
 from fcw.tracking.followed import SHORTEST_STEP_S, Followed
 from fcw.tracking.horizon import MountWatch, RulerReading
-from fcw.tracking.lead import path_curvature_per_m, select_lead
+from fcw.tracking.lead import select_lead
 from fcw.tracking.lead_speed import with_own_speed, without_own_speed
 from fcw.tracking.own_speed import OwnSpeed
 from fcw.tracking.picture.follower import Moved
@@ -30,6 +33,38 @@ HIDDEN_PART = 0.75
 HIDDEN_PART_NEARER = 0.35
 NEARER_RATIO = 0.8
 """And of which more is behind a vehicle so many times as near: what is seen there is that one's."""
+
+
+class _View(NamedTuple):
+    """A vehicle that was found in a frame.
+
+    Attributes:
+        slot: the vehicle's place in the list.
+        detection: what was found.
+        box: of the whole vehicle; see `Followed.view_of`.
+        edges: of that, which were seen.
+        free: edges behind which it does not go on; see `free_edges`.
+    """
+
+    slot: int
+    detection: Detection
+    box: Box
+    edges: Edges
+    free: Edges
+
+
+class _Assigned(NamedTuple):
+    """The detections of a frame, and whose they are.
+
+    Attributes:
+        views: of the vehicles that were found again.
+        new: detections of no vehicle that is followed.
+        certain: boxes that may hide another vehicle.
+    """
+
+    views: list[_View]
+    new: list[Detection]
+    certain: list[Box]
 
 
 class Tracker:
@@ -90,43 +125,26 @@ class Tracker:
         note = self._mount_note.text or self._mount.note
         return () if note is None else (note,)
 
-    def begin_anew(self) -> None:
-        """After a cut: forget the vehicles and the own speed; what is believed of the mount stays."""
-        self._keep([False] * len(self._followed))
-        self._doubts = Doubts(self._settings.belief, self._calibration.image_size.width)
-        self._own, self._lead_id = OwnSpeed(), None
-
     def update(
         self,
         time_ns: int,
         detections: Sequence[Detection] | None,
-        ego_speed_mps: float | None = None,
-        yaw_rate_radps: float | None = None,
+        ego: Ego = NOTHING_KNOWN,
         image: NDArray[np.uint8] | None = None,
-        path: OwnPath | None = None,
-        mount: Mount | None = None,
-        ego_speed_sigma_mps: float | None = None,
-        turn: Turn | None = None,
-        body_pitch_rad: Gaussian | None = None,
     ) -> tuple[Track, ...]:
-        """Take one frame's detections.
+        """Take one frame.
+
+        After a cut no vehicle is the same. A picture that is unlike those before tells nothing of them.
 
         Args:
             time_ns: of the frame; intervals between frames may vary.
-            detections: of the frame; None where it was not searched: then the vehicles move on, carried by
-                the picture where it is given, and none counts as missed.
-            ego_speed_mps: own speed, which tells oncoming and standing vehicles; None when unknown.
-            yaw_rate_radps: how fast we turn, positive to the left, which bends the own path; None when
-                unknown, then it is straight.
+            detections: in it; None where it was not searched: then the vehicles move on, carried by the
+                picture where it is given, and none counts as missed.
+            ego: own motion and path. The speed tells oncoming and standing vehicles; by our turning what is
+                ahead sweeps across the picture, which else passes for a motion of the vehicles; ranging goes
+                by the mount.
             image: (height, width, 3) BGR, the frame's own; None where there are boxes alone. With it the
                 vehicles the detector misses are carried by their looks.
-            path: our own, which is taken for that of speed and yaw rate; None where these are all there is.
-            mount: of the camera as the picture tells it, which ranging goes by; None where it tells nothing.
-            ego_speed_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
-            turn: our turning now, beside the path ahead, by which what is ahead sweeps across the picture;
-                None takes the path to bend as we turn, and the sweep for a motion of the vehicles.
-            body_pitch_rad: how much lower the camera looks now than its mount does, by the picture; None
-                where it does not tell.
 
         Returns:
             The confirmed tracks in the order of their ids, coasting ones among them.
@@ -134,117 +152,129 @@ class Tracker:
         Raises:
             ValueError: `time_ns` is before the last frame's.
         """
+        if ego.follows is Follows.AFTER_CUT:
+            self._begin_anew()
+        if ego.follows is Follows.UNLIKE:
+            detections = image = None
+        dt_s = self._go_on_to(time_ns)
+        searched = detections is not None
+        before = [followed.box for followed in self._followed]
+        self._predict(time_ns, dt_s, searched, ego)
+        moved = {} if image is None else self._carry(time_ns, image, before)
+        found = self._assign(time_ns, detections or ())
+        self._measure(found, moved, dt_s, searched)
+        self._correct(time_ns, found)
+        if image is not None and searched:
+            self._remember(image, time_ns)
+        if searched:
+            self._unsearched_s = 0.0
+        self._settle(time_ns, ego.path)
+        for detection in found.new:
+            self._start(time_ns, detection, found.certain, ego)
+        self._doubts.update(time_ns, self._followed, image)
+        return self._tracks(time_ns, ego)
+
+    def _begin_anew(self) -> None:
+        """After a cut: forget the vehicles and the own speed; what is believed of the mount stays."""
+        self._keep([False] * len(self._followed))
+        self._doubts = Doubts(self._settings.belief, self._calibration.image_size.width)
+        self._own, self._lead_id = OwnSpeed(), None
+
+    def _go_on_to(self, time_ns: int) -> float:
+        """The time since the frame before; what was not seen for long is forgotten."""
         if self._time_ns is not None and time_ns < self._time_ns:
             raise ValueError(f"frame time went back from {self._time_ns} to {time_ns} ns")
         dt_s = 0.0 if self._time_ns is None else (time_ns - self._time_ns) / 1e9
         self._time_ns = time_ns
+        self._unsearched_s += dt_s
         oldest_ns = time_ns - round(self._settings.coast_s * 1e9)
         self._keep([followed.last_ns >= oldest_ns for followed in self._followed])
-        own_gain_mps = self._own.update(dt_s, ego_speed_mps, ego_speed_sigma_mps or 0.0)
-        ego_speed_mps = self._own.speed_mps
-        if path is None:
-            path = OwnPath(curvature_per_m=path_curvature_per_m(ego_speed_mps, yaw_rate_radps))
-        self._unsearched_s += dt_s
-        search_s = None if detections is None else self._unsearched_s
-        before = [followed.box for followed in self._followed]
-        growths = self._range.predict(dt_s, own_gain_mps, path, self._own.gain_sigma_mps, body_pitch_rad)
-        if mount is not None:
-            self._range.take_mount(mount.pitch_rad, mount.pitch_sigma_rad, dt_s)
-        turn_radps = None if turn is None else turn.rate_radps(path)
+        return dt_s
+
+    def _predict(self, time_ns: int, dt_s: float, searched: bool, ego: Ego) -> None:
+        """Where the vehicles should be now, and how large."""
+        motion = ego.motion
+        own_gain_mps = self._own.update(dt_s, motion.speed_mps, motion.speed_sigma_mps or 0.0)
+        growths = self._range.predict(
+            dt_s, own_gain_mps, ego.path, self._own.gain_sigma_mps, ego.body_pitch_rad
+        )
+        if motion.mount is not None:
+            self._range.take_mount(motion.mount.pitch_rad, motion.mount.pitch_sigma_rad, dt_s)
+        search_s, turn_radps = self._unsearched_s if searched else None, _turn_radps(ego)
         for followed, growth in zip(self._followed, growths, strict=True):
             followed.predict(time_ns, dt_s, growth, search_s, turn_radps)
-        moved = {} if image is None else self._carry(time_ns, image, before)
-        detections = detections or ()
-        pairs = self._associate(detections)
-        unused = {index for index, detection in enumerate(detections) if not detection.faint}
+
+    def _assign(self, time_ns: int, detections: Sequence[Detection]) -> _Assigned:
+        """Whose the detections are."""
+        pairs = match_detections(
+            [followed.box for followed in self._followed],
+            [followed.confirmed for followed in self._followed],
+            detections,
+            self._calibration.image_size,
+            self._settings,
+        )
+        taken = {index for _, index in pairs}
         # What is doubtful hides nobody.
         doubted = {index for slot, index in pairs if self._followed[slot].doubtful}
         certain = [one.box for index, one in enumerate(detections) if not (one.faint or index in doubted)]
-        free = {slot: self._free_edges(detections[index].box, certain) for slot, index in pairs}
-        views = {
-            slot: self._followed[slot].view_of(time_ns, detections[index].box, free[slot])
-            for slot, index in pairs
-        }
+        views = []
+        for slot, index in pairs:
+            free = self._free_edges(detections[index].box, certain)
+            box, edges = self._followed[slot].view_of(time_ns, detections[index].box, free)
+            views.append(_View(slot, detections[index], box, edges, free))
+        new = [one for index, one in enumerate(detections) if not (one.faint or index in taken)]
+        return _Assigned(views, new, certain)
+
+    def _measure(self, found: _Assigned, moved: dict[int, Moved], dt_s: float, searched: bool) -> None:
+        """What the frame says of distances and of the mount."""
         self._range.update(
-            [(slot, box) for slot, (box, _) in views.items()],
+            [(view.slot, view.box) for view in found.views],
             max(self._unsearched_s, SHORTEST_STEP_S),
-            {slot: edges for slot, (_, edges) in views.items()},
+            {view.slot: view.edges for view in found.views},
             [slot for slot, followed in enumerate(self._followed) if followed.doubtful],
         )
-        if search_s is not None:
+        if searched:
+            free = {view.slot: view.free for view in found.views}
             for slot, followed in enumerate(self._followed):
                 followed.free = free.get(slot, WHOLE)
         # The looks of what comes out from behind another vehicle seem to grow.
         grown = [
-            (slot, *one[1:])
+            (slot, one.log_growth, one.sigma)
             for slot, one in moved.items()
             if math.isfinite(one.sigma) and self._followed[slot].free == WHOLE
         ]
         self._range.take_growths(grown, max(dt_s, SHORTEST_STEP_S))
         whole = [
-            (slot, box)
-            for slot, (box, edges) in views.items()
-            if edges == WHOLE and not self._range.boxed_part(slot).log_part
+            (view.slot, view.box)
+            for view in found.views
+            if view.edges == WHOLE and not self._range.boxed_part(view.slot).log_part
         ]
         self._mount.update(self._rulers(whole), dt_s)
         self._mount_note.update(self._range.mount, dt_s)
-        for slot, index in pairs:
-            found = detections[index]
-            self._followed[slot].correct(time_ns, views[slot][0], found.score, found.faint)
-            unused.discard(index)
-        if image is not None and search_s is not None:
-            self._remember(image, time_ns)
-        for followed in self._followed:
-            followed.settle(time_ns)
-        if search_s is not None:
-            self._unsearched_s = 0.0
+
+    def _correct(self, time_ns: int, found: _Assigned) -> None:
+        """Move the boxes to where the vehicles were found."""
+        for view in found.views:
+            self._followed[view.slot].correct(time_ns, view.box, view.detection.score, view.detection.faint)
+
+    def _settle(self, time_ns: int, path: OwnPath) -> None:
+        """What is believed of the vehicles after this frame; those not worth it are forgotten."""
         for slot, followed in enumerate(self._followed):
+            followed.settle(time_ns)
             followed.state = self._state(slot)
             followed.place_across(self._range.focal_px, path, self._range.boxed_part(slot).news)
         self._keep([followed.is_worth_keeping() for followed in self._followed])
-        for index in sorted(unused):
-            self._start(time_ns, detections[index], certain, ego_speed_mps, path, turn_radps)
-        self._doubts.update(time_ns, self._followed, image)
+
+    def _tracks(self, time_ns: int, ego: Ego) -> tuple[Track, ...]:
+        """The vehicles that are believed, and which of them is the lead."""
+        turn, sigma_mps = turn_of(ego.motion), ego.motion.speed_sigma_mps
         tracks = tuple(
-            followed.track(time_ns, path, turn) for followed in self._followed if followed.confirmed
+            followed.track(time_ns, ego.path, turn) for followed in self._followed if followed.confirmed
         )
-        own_sigma_mps = self._own.sigma_mps if ego_speed_sigma_mps is None else ego_speed_sigma_mps
-        lead = select_lead(tracks, ego_speed_mps, own_sigma_mps)
+        own_sigma_mps = self._own.sigma_mps if sigma_mps is None else sigma_mps
+        lead = select_lead(tracks, self._own.speed_mps, own_sigma_mps)
         self._lead_id = lead.track_id if lead else None
         return tracks
-
-    def _associate(self, detections: Sequence[Detection]) -> list[tuple[int, int]]:
-        """Which vehicle, by slot, was found where.
-
-        Boxes go to vehicles that are believed before those that are not yet: a second box of a vehicle begins
-        a track that would take its first one from it. Faint boxes go to vehicles that are not found
-        otherwise, or to none (both as in ByteTrack, Zhang et al. 2022).
-        """
-        settings, pairs = self._settings, list[tuple[int, int]]()
-        slots = range(len(self._followed))
-        believed = [slot for slot in slots if self._followed[slot].confirmed]
-        new = [slot for slot in slots if not self._followed[slot].confirmed]
-        for wanted, faint, least_iou in (
-            (believed, False, 0.0),
-            (new, False, 0.0),
-            (slots, True, settings.faint_iou),
-        ):
-            taken, used = {slot for slot, _ in pairs}, {index for _, index in pairs}
-            free = [slot for slot in wanted if slot not in taken]
-            found = [
-                index
-                for index, detection in enumerate(detections)
-                if detection.faint == faint and index not in used
-            ]
-            matched = associate(
-                [self._followed[slot].box for slot in free],
-                [detections[index].box for index in found],
-                self._calibration.image_size,
-                settings,
-                least_iou,
-            )
-            pairs += [(free[row], found[column]) for row, column in matched]
-        return sorted(pairs)
 
     def _carry(self, time_ns: int, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
         """Find the vehicles in the picture, by slot, and move their boxes there."""
@@ -311,32 +341,28 @@ class Tracker:
     def _free_edges(self, box: Box, others: Sequence[Box]) -> Edges:
         return free_edges(box, others, self._calibration.camera, self._settings.model.rears[0].length_m)
 
-    def _start(
-        self,
-        time_ns: int,
-        detection: Detection,
-        others: Sequence[Box],
-        ego_speed_mps: float | None,
-        path: OwnPath,
-        turn_radps: float | None,
-    ) -> None:
+    def _start(self, time_ns: int, detection: Detection, others: Sequence[Box], ego: Ego) -> None:
         """Begin a track, where the box gives a first distance."""
-        if self._range.add(detection.box, ego_speed_mps, self._free_edges(detection.box, others)):
-            state = self._state(self._range.count - 1)
-            self._followed.append(
-                Followed(
-                    self._next_id,
-                    time_ns,
-                    detection,
-                    state,
-                    self._calibration,
-                    self._settings,
-                    self._range.focal_px,
-                    path,
-                    turn_radps,
-                )
+        if self._range.add(detection.box, self._own.speed_mps, self._free_edges(detection.box, others)):
+            followed = Followed(
+                self._next_id,
+                time_ns,
+                detection,
+                self._state(self._range.count - 1),
+                self._calibration,
+                self._settings,
+                self._range.focal_px,
+                ego.path,
+                _turn_radps(ego),
             )
+            self._followed.append(followed)
             self._next_id += 1
+
+
+def _turn_radps(ego: Ego) -> float | None:
+    """Our yaw rate, positive to the left; None where it is not known."""
+    turn = turn_of(ego.motion)
+    return None if turn is None else turn.rate_radps(ego.path)
 
 
 def _hides(found: Followed, carried: Followed) -> bool:

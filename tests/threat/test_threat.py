@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from leads.warning_leads import make_lead
 
 from fcw.motion.bend.turn import turn_of
+from fcw.motion.path import assumed_path, own_path
 from fcw.motion.state import STRAIGHT, OwnMotion, OwnPath
-from fcw.threat.own_path import assumed_path
 from fcw.threat.threat import assess, reach_s, required_deceleration_mps2
 from fcw.tracking.lead import select_lead
 
@@ -150,12 +150,15 @@ def test_the_most_urgent_is_first_and_what_may_be_none_is_last():
     assert [one.is_lead for one in found] == [False, True, False, False]
 
 
-def test_a_path_that_nobody_measured_is_uncertain_and_less_so_with_a_yaw_rate():
-    unknown, turning = assumed_path(20.0), assumed_path(20.0, 0.1)
+def test_a_path_that_nobody_measured_is_straight_and_less_certain_than_one_with_a_yaw_rate():
+    unknown = assumed_path(20.0)
+    turning, straight = (
+        own_path(OwnMotion(speed_mps=20.0, yaw_rate_radps=rate_radps), None) for rate_radps in (0.1, 0.0)
+    )
     assert unknown.curvature_per_m == 0
-    assert turning.curvature_per_m == pytest.approx(0.1 / 20)
-    straight = assumed_path(20.0, 0.0)
-    assert straight.curvature_sigma_per_m < turning.curvature_sigma_per_m <= unknown.curvature_sigma_per_m
+    assert turning.curvature_per_m == pytest.approx(0.1 / 20, rel=0.02)
+    assert straight.curvature_sigma_per_m < unknown.curvature_sigma_per_m
+    assert straight.curvature_sigma_per_m < turning.curvature_sigma_per_m
 
 
 @given(st.floats(0.1, 200), st.floats(0.1, 60))
@@ -184,8 +187,8 @@ def test_a_standing_car_comes_towards_us_only_if_our_speed_is_surely_lower(own_s
 @pytest.mark.parametrize("bend_per_m", [1 / 150, -1 / 150, 0.0])
 def test_an_oncoming_car_that_keeps_to_our_lane_round_a_bend_will_hit_us(bend_per_m):
     # Both at 14 m/s, 40 m apart: along the road it sweeps as what stands, and as much again.
-    path = replace(assumed_path(14.0, 14.0 * bend_per_m), curvature_per_m=bend_per_m)
-    turn = turn_of(OwnMotion(speed_mps=14.0, yaw_rate_radps=14.0 * bend_per_m))
+    motion = OwnMotion(speed_mps=14.0, yaw_rate_radps=14.0 * bend_per_m)
+    path, turn = replace(own_path(motion, None), curvature_per_m=bend_per_m), turn_of(motion)
     lateral_m, lateral_mps = path.lateral_at(40.0), -28.0 * path.slope_at(40.0)
     track = make_lead(40.0, 28.0, 0.5, lateral_m=lateral_m, lateral_mps=lateral_mps)
     (found,) = assess((track,), None, path, 14.0, turn=turn)

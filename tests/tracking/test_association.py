@@ -7,6 +7,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.tracking.association import (
     WHOLE,
     Edges,
@@ -146,7 +147,7 @@ def test_a_vehicle_that_was_half_hidden_at_first_is_believed_as_wide_as_it_is_as
         box = calibration.ground_box(30 - 8 * time_s, 3.0, 1.7, 1.5)
         if time_s <= 1.0:
             box = Box(box.x, box.y, 0.6 * box.w, box.h)
-        tracks = tracker.update(round(time_s * 1e9), [Detection(box, 1.0)], 8.0)
+        tracks = tracker.update(round(time_s * 1e9), [Detection(box, 1.0)], assumed_ego(8.0))
         if time_s > 1.2:
             (track,) = tracks
             assert track.box.w == pytest.approx(box.w, rel=0.15)

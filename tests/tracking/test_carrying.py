@@ -13,6 +13,7 @@ from fcw.detection.acf import AcfDetector
 from fcw.detection.detector import Detection
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.simulation.drive import true_calibration
 from fcw.simulation.picture.renderer import Renderer
 from fcw.simulation.truth.truth import frame_truth
@@ -155,7 +156,7 @@ def test_what_stands_still_in_the_picture_while_we_drive_is_not_carried_on(braki
     seen_by = []
     for k in range(60):
         detections = [Detection(truth.box, 9.0)] if k < 10 else []
-        tracks = tracker.update(k * 50_000_000, detections, ego_speed_mps=own_mps, image=image)
+        tracks = tracker.update(k * 50_000_000, detections, assumed_ego(own_mps), image)
         seen_by.append(tracks[0].seen_by if tracks else None)
     assert seen_by[10 : 10 + 19] == [SeenBy.PICTURE] * 19
     assert (seen_by[-1] is SeenBy.PICTURE) == carried

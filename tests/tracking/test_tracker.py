@@ -12,6 +12,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.tracking.ranging import BoxNoise
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.tracking.types import SeenBy
@@ -31,7 +32,8 @@ def seen(distance_m, lateral_m=0.0, width_m=1.7):
 def follow(tracker, frames, detections_at, ego_speed_mps=None):
     """Tracks of each frame, `detections_at` giving the detections at a time in seconds."""
     return [
-        tracker.update(k * FRAME_NS, detections_at(k * FRAME_NS / 1e9), ego_speed_mps) for k in range(frames)
+        tracker.update(k * FRAME_NS, detections_at(k * FRAME_NS / 1e9), assumed_ego(ego_speed_mps))
+        for k in range(frames)
     ]
 
 
@@ -303,33 +305,6 @@ def test_a_neighbour_keeps_its_identity_while_less_and_less_of_it_is_in_the_pict
     assert not last.coasting
 
 
-def test_a_bend_takes_the_path_with_it():
-    # At 20 m/s and 0.2 rad/s the path is 4.5 m to the left 30 m ahead.
-    for yaw_rate_radps, expected in ((0.2, [True, False]), (None, [False, True])):
-        tracker = Tracker(CALIBRATION)
-        tracks = ()
-        for k in range(20):
-            boxes = [seen(30, lateral_m=4.5), seen(30, lateral_m=0.0)]
-            tracks = tracker.update(k * FRAME_NS, boxes, 20.0, yaw_rate_radps)
-        assert [track.in_path for track in tracks] == expected
-
-
-def test_what_is_parked_beside_a_bend_keeps_its_place_beside_the_path():
-    # It sweeps across the picture as we turn by 0.2 rad/s at 10 m/s, and passes 3.5 m beside us.
-    tracker = Tracker(CALIBRATION)
-    swept = []
-    for k in range(75):
-        turned_rad = 0.2 * k * FRAME_NS / 1e9
-        # We drive on a circle of 50 m to the left; it stands 3.5 m to the right of it, 0.7 rad ahead.
-        radius_m, ahead_rad = 50.0 + 3.5, 0.7 - turned_rad
-        forward_m, left_m = radius_m * math.sin(ahead_rad), 50.0 - radius_m * math.cos(ahead_rad)
-        swept.append(left_m)
-        tracks = tracker.update(k * FRAME_NS, [seen(forward_m, lateral_m=left_m)], 10.0, 0.2)
-        assert not any(track.in_path for track in tracks)
-    assert max(swept) > 2
-    assert min(swept) < 0
-
-
 def test_a_vehicle_that_is_passed_and_no_longer_found_never_comes_into_the_path():
     tracker = Tracker(CALIBRATION)
     for k in range(150):
@@ -364,7 +339,7 @@ def test_whatever_the_detector_says_tracks_are_finite_ordered_and_ids_never_retu
     time_ns, ended, before = 0, set(), set()
     for step_ns, found in steps:
         time_ns += step_ns
-        tracks = tracker.update(time_ns, found, 20.0)
+        tracks = tracker.update(time_ns, found, assumed_ego(20.0))
         ids = [track.track_id for track in tracks]
         assert ids == sorted(set(ids))
         assert not ended & set(ids)
@@ -391,7 +366,7 @@ def test_a_mount_turned_in_mid_drive_is_told():
         distance_m = 12 + 30 * ((time_s / 12) % 1)
         box = seen(distance_m, lateral_m=0.5).box
         moved = Box(box.x, box.y - (turned_px if time_s >= 150 else 0.0), box.w, box.h)
-        tracker.update(k * 100_000_000, [Detection(moved, 1.0)], 20.0)
+        tracker.update(k * 100_000_000, [Detection(moved, 1.0)], assumed_ego(20.0))
         if tracker.mount.moved:
             told_s.append(time_s)
     assert told_s

@@ -8,6 +8,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.tracking.tracker import Tracker
 
 CALIBRATION = Calibration.from_camera(GroundPlaneCamera(0.03, 740.0, 359.5, 1.3, 639.5), ImageSize(1280, 720))
@@ -26,7 +27,7 @@ def test_a_second_picture_of_nearly_the_same_time_moves_no_vehicle(after_ns: int
         for at_ns in (time_ns, time_ns + after_ns) if every or frame == 9 else (time_ns,):
             left, top, right, bottom = rng.normal((true.x, true.y, true.right, true.bottom), NOISE_PX)
             found = Detection(Box(left, top, right - left, bottom - top), 10.0)
-            tracks = tracker.update(at_ns, [found], 15.0)
+            tracks = tracker.update(at_ns, [found], assumed_ego(15.0))
             ids |= {track.track_id for track in tracks}
             off_px += [abs(track.box.center_x - true.center_x) for track in tracks]
     assert ids == {1}

@@ -11,7 +11,7 @@ from leads.warning_leads import threats_of_lead as threats
 from searching import examples
 
 from fcw.errors import UserError
-from fcw.threat.own_path import assumed_path
+from fcw.motion.path import assumed_path
 from fcw.threat.threat import assess
 from fcw.tracking.types import SeenBy
 from fcw.warning.policies import DEFAULT_POLICY, POLICIES, make_policy, without_own_speed

@@ -11,6 +11,7 @@ from fcw.camera.calibration import Calibration, matrix3
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker, TrackerSettings
 from fcw.warning.policies import make_policy
@@ -52,11 +53,11 @@ class NoisyView:
 
 
 def states(view, distances_m, dt_s, ego_mps, calibration=CALIBRATION):
-    tracker, policy = Tracker(calibration), make_policy()
+    tracker, policy, ego = Tracker(calibration), make_policy(), assumed_ego(ego_mps)
     for frame, distance_m in enumerate(distances_m):
         time_ns = round(frame * dt_s * 1e9)
-        tracks = tracker.update(time_ns, [view.see(distance_m)], ego_mps)
-        yield policy.update(time_ns, threats_of(tracker, tracks, ego_mps), ego_mps)
+        tracks = tracker.update(time_ns, [view.see(distance_m)], ego)
+        yield policy.update(time_ns, threats_of(tracker, tracks, ego), ego_mps)
 
 
 @pytest.mark.slow

@@ -29,6 +29,7 @@ from fcw.evaluation.distance.kitti_tracking import (
     time_ns,
 )
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.threat.of_tracker import threats_of
 from fcw.tracking.range.model import RangeModel
 from fcw.tracking.ranging import BoxNoise
@@ -187,9 +188,9 @@ def sample_sequence(
     for frame, vehicles in enumerate(sequence.frames):
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
         own_mps = float(speeds_mps[frame]) if frame < len(speeds_mps) else None
-        told_mps = None if "ego-speed" in without else own_mps
-        tracks = tracker.update(time_ns(frame), detections, told_mps)
-        warning = policy.update(time_ns(frame), threats_of(tracker, tracks, told_mps), told_mps)
+        ego = assumed_ego(None if "ego-speed" in without else own_mps)
+        tracks = tracker.update(time_ns(frame), detections, ego)
+        warning = policy.update(time_ns(frame), threats_of(tracker, tracks, ego), ego.motion.speed_mps)
         for vehicle, detection in zip(vehicles, detections, strict=True):
             track = _track_of(vehicle, tracks) if vehicle.is_measured else None
             if track is None:

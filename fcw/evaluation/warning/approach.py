@@ -148,8 +148,8 @@ def run_approach(
     for frame in frames:
         time_s, count = frame.time_ns / 1e9, count + 1
         detections = detector.detect(frame.image)
-        tracks = tracker.update(frame.time_ns, detections, None, image=frame.image)
-        state = policy.update(frame.time_ns, threats_of(tracker, tracks, None), None)
+        tracks = tracker.update(frame.time_ns, detections, image=frame.image)
+        state = policy.update(frame.time_ns, threats_of(tracker, tracks), None)
         its_tracks = {track.track_id for track in tracks if _is_it(track.box, frame.box)}
         found += any(_is_it(detection.box, frame.box) for detection in detections if not detection.faint)
         tracked += bool(its_tracks)

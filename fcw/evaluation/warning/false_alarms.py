@@ -19,10 +19,8 @@ from fcw.evaluation.distance.kitti_tracking import (
 )
 from fcw.evaluation.motion.measured import MeasuredMotion, MotionErrors
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel, PolicyMaker, warning_states
-from fcw.motion.ego import Ego
-from fcw.motion.state import OwnMotion
-from fcw.threat.of_tracker import judge_tracks, track_frame
-from fcw.threat.own_path import assumed_path
+from fcw.motion.ego import NOTHING_KNOWN, assumed_ego
+from fcw.threat.of_tracker import threats_of
 from fcw.threat.threat import Threat, required_deceleration_mps2
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
@@ -139,16 +137,15 @@ def kitti_threats(
     tracker = Tracker(calibration, tracker_settings(box_noise_px))
     speeds_mps, yaw_rates_radps = (values.tolist() for values in read_own_motion(folder, name))
     for frame, vehicles in enumerate(sequence.frames):
-        ego, speed_mps = Ego(OwnMotion(), assumed_path(None)), 0.0
+        ego, speed_mps = NOTHING_KNOWN, 0.0
         if frame < len(speeds_mps):
             speed_mps = speeds_mps[frame]
-            known_mps = speed_mps if own_speed_known else None
-            ego = Ego(OwnMotion(speed_mps=known_mps), assumed_path(known_mps))
+            ego = assumed_ego(speed_mps if own_speed_known else None)
             if measured is not None:
                 ego = measured.at(time_ns(frame), speed_mps, yaw_rates_radps[frame])
         detections = detections_of(vehicles, sequence.image_size, box_noise_px, rng)
-        tracks = track_frame(tracker, time_ns(frame), detections, ego)
-        yield KittiMoment(frame, tracks, judge_tracks(tracker, tracks, ego), ego.motion.speed_mps, speed_mps)
+        tracks = tracker.update(time_ns(frame), detections, ego)
+        yield KittiMoment(frame, tracks, threats_of(tracker, tracks, ego), ego.motion.speed_mps, speed_mps)
 
 
 def _episodes(

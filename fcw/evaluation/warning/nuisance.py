@@ -13,6 +13,7 @@ import numpy as np
 from fcw.evaluation.distance.kitti_tracking import time_ns
 from fcw.evaluation.warning.false_alarms import FOLLOWINGS, Following, kitti_threats
 from fcw.evaluation.warning.scenarios import CAR_WIDTH_M, BoxLevel
+from fcw.motion.ego import assumed_ego
 from fcw.threat.of_tracker import threats_of
 from fcw.threat.threat import Threat
 from fcw.warning.policies import POLICIES, TIMINGS_S, make_policy
@@ -108,8 +109,8 @@ def _following(
     following: Following, view: BoxLevel, hours: float, rng: np.random.Generator
 ) -> Iterator[Moment]:
     width_m, own_mps = float(rng.uniform(*CAR_WIDTH_M)), following.own_mps
-    tracker = view.tracker(rng)
+    tracker, ego = view.tracker(rng), assumed_ego(own_mps)
     for frame in range(round(hours * 3600 * view.frame_rate_hz)):
         at_ns = round(frame / view.frame_rate_hz * 1e9)
-        tracks = tracker.update(at_ns, view.see(following.gap_m, width_m, rng), own_mps)
-        yield at_ns, threats_of(tracker, tracks, own_mps), own_mps
+        tracks = tracker.update(at_ns, view.see(following.gap_m, width_m, rng), ego)
+        yield at_ns, threats_of(tracker, tracks, ego), own_mps

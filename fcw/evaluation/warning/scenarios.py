@@ -18,6 +18,7 @@ from fcw.detection.detector import Detection
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
 from fcw.evaluation.warning.ncap import TRIALS, Scenario
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.warning.driver import SLOWEST_DRIVER
@@ -105,11 +106,11 @@ def warning_states(
     lateral_m: float = 0.0,
 ) -> Iterator[tuple[float, WarningState]]:
     """Time and the warning shown, for pairs of time and gap of one vehicle ahead, `lateral_m` to the left."""
-    own_mps = own_mps if view.own_speed_known else None
+    ego = assumed_ego(own_mps if view.own_speed_known else None)
     for time_s, gap_m in gaps:
         time_ns = round(time_s * 1e9)
-        tracks = tracker.update(time_ns, view.see(gap_m, width_m, rng, lateral_m), own_mps)
-        yield time_s, policy.update(time_ns, threats_of(tracker, tracks, own_mps), own_mps)
+        tracks = tracker.update(time_ns, view.see(gap_m, width_m, rng, lateral_m), ego)
+        yield time_s, policy.update(time_ns, threats_of(tracker, tracks, ego), ego.motion.speed_mps)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,16 +24,14 @@ from fcw.evaluation.simulated import vehicle_at
 from fcw.evaluation.warning.sights import SEEN_FRACTION, USUAL_SIGHT, Eye, Sight, part_seen
 from fcw.frame import Frame
 from fcw.motion.aiming import Aims, take_aim
-from fcw.motion.ego import Ego, EgoEstimator
-from fcw.motion.state import OwnMotion
+from fcw.motion.ego import NOTHING_KNOWN, Ego, EgoEstimator
 from fcw.pipeline import FRAMES_IN_FLIGHT
 from fcw.simulation.drive import render_drive, true_calibration
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth, frame_truth
 from fcw.simulation.world.scenario import IMAGE_SIZE, Scenario
 from fcw.simulation.world.state import WorldState
 from fcw.simulation.world.world import World
-from fcw.threat.of_tracker import judge_tracks, track_frame
-from fcw.threat.own_path import assumed_path
+from fcw.threat.of_tracker import threats_of
 from fcw.threat.threat import OWN_WIDTH_M
 from fcw.tracking.tracker import Tracker
 from fcw.warning.driver import EXPECTED_DRIVER
@@ -145,9 +143,9 @@ def run_threat_trial(
         time_s = time_ns / 1e9
         if ghost and GHOST_S[0] <= time_s < GHOST_S[1]:
             detections = (*detections, Detection(GHOST_BOX, 1.0))
-        tracks = track_frame(tracker, time_ns, detections, one.ego, one.image)
+        tracks = tracker.update(time_ns, detections, one.ego, one.image)
         aims.believe(tracker.believed_mount)
-        state = policy.update(time_ns, judge_tracks(tracker, tracks, one.ego), one.ego.motion.speed_mps)
+        state = policy.update(time_ns, threats_of(tracker, tracks, one.ego), one.ego.motion.speed_mps)
         if state.level >= WarningLevel.CAUTION:
             track = next((track for track in tracks if track.track_id == state.track_id), None)
             shown.append((time_s, state.level, None if track is None else _vehicle(track.box, one.truth)))
@@ -242,7 +240,7 @@ def _judge(
 def _seen_as_boxes(scenario: Scenario, seed: int, sight: Sight) -> Iterator[Seen]:
     camera, eye = scenario.camera.camera(), Eye(sight, seed)
     measured = MeasuredMotion(camera.pitch_rad, 0.0, np.random.default_rng([seed, 1]))
-    ego = Ego(OwnMotion(), assumed_path(None))
+    ego = NOTHING_KNOWN
     states = list(World(scenario, seed).states())
     steps = list(pairwise(states))
     for state, step in zip(states, steps[:1] + steps, strict=True):

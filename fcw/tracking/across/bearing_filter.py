@@ -33,16 +33,6 @@ class BearingFilter(PlaceFilter):
         self._distance_m, self._turn_radps = distance_m, turn_radps
 
     @property
-    def bearing(self) -> float:
-        """Lateral position over distance, positive to the left."""
-        return self._place
-
-    @property
-    def rate_per_s(self) -> float:
-        """Its rate, but for our turning where that is known."""
-        return self._rate
-
-    @property
     def across_sigma_mps(self) -> float:
         """1-sigma of `across_mps`, if distance and closing speed are right."""
         return math.sqrt(max(self._rate_variance, 0.0)) * self._distance_m

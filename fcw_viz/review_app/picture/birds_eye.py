@@ -20,8 +20,9 @@ from fcw.logs.overlay import (
     rear_size_m,
 )
 from fcw.logs.records import FrameResult
+from fcw.motion.path import path_curvature_per_m
 from fcw.motion.state import OwnPath
-from fcw.tracking.lead import Corridor, path_curvature_per_m
+from fcw.tracking.lead import Corridor
 from fcw.tracking.types import Track
 from fcw.units import distance_text, speed_text
 

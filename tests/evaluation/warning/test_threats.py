@@ -11,6 +11,7 @@ from fcw.evaluation.warning import threats
 from fcw.evaluation.warning.sights import SIGHTS, WORSE_SIGHTS
 from fcw.evaluation.warning.threats import danger_window, run_threat_trial, run_threats
 from fcw.evaluation.warning.variants import half_in_the_way
+from fcw.motion.ego import NOTHING_KNOWN
 from fcw.simulation.drive import render_drive
 from fcw.simulation.truth.truth import FrameTruth, VehicleTruth
 from fcw.simulation.world.scenario import (
@@ -279,9 +280,9 @@ def test_from_pictures_the_tracker_is_told_how_we_nod_as_in_a_drive(monkeypatch)
     told = []
 
     class ToldTracker(Tracker):
-        def update(self, *args, body_pitch_rad=None, **kwargs):
-            told.append(body_pitch_rad)
-            return super().update(*args, body_pitch_rad=body_pitch_rad, **kwargs)
+        def update(self, time_ns, detections, ego=NOTHING_KNOWN, image=None):
+            told.append(ego.body_pitch_rad)
+            return super().update(time_ns, detections, ego, image)
 
     class Blind:
         name = "blind"

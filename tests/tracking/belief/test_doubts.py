@@ -9,6 +9,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.threat.of_tracker import threats_of
 from fcw.tracking.belief.still_picture import StillPicture
 from fcw.tracking.tracker import Tracker
@@ -35,13 +36,13 @@ def seen(distance_m, lateral_m=0.0, noise_px=0.0, rng=None):
 
 def drive(detections_at, seconds, own_mps: float | None = OWN_MPS, image_at=None):
     """Time, tracks, lead and level of every frame."""
-    tracker, policy = Tracker(CALIBRATION), make_policy()
+    tracker, policy, ego = Tracker(CALIBRATION), make_policy(), assumed_ego(own_mps)
     for k in range(round(seconds * 30)):
         time_s = k * FRAME_NS / 1e9
         found = [one for one in detections_at(time_s) if one is not None]
         image = None if image_at is None else image_at(time_s)
-        tracks = tracker.update(k * FRAME_NS, found, own_mps, None, image)
-        state = policy.update(k * FRAME_NS, threats_of(tracker, tracks, own_mps), own_mps)
+        tracks = tracker.update(k * FRAME_NS, found, ego, image)
+        state = policy.update(k * FRAME_NS, threats_of(tracker, tracks, ego), own_mps)
         yield time_s, tracks, tracker.lead_id, state
 
 

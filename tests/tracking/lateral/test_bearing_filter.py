@@ -85,9 +85,9 @@ def test_turning_that_was_not_known_for_a_while_is_no_motion_of_what_stands(turn
 
 
 def test_a_jump_is_no_motion_and_another_part_of_it_neither():
-    found, _, _, _ = follow(-20.0, 4.8, 50.0, 12.0)
-    before = found.rate_per_s
-    found.correct(found.bearing + 0.1, 0.002)
-    assert found.rate_per_s == before
-    found.displace(found.bearing - 0.1, 0.002)
-    assert found.rate_per_s == before
+    found, lateral_m, distance_m, _ = follow(-20.0, 4.8, 50.0, 12.0)
+    bearing, before_mps = lateral_m / distance_m, found.across_mps(lateral_m, 12.0, distance_m)
+    found.correct(bearing + 0.1, 0.002)
+    assert found.across_mps(lateral_m, 12.0, distance_m) == before_mps
+    found.displace(bearing - 0.1, 0.002)
+    assert found.across_mps(lateral_m, 12.0, distance_m) == before_mps

@@ -7,6 +7,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.tracking.tracker import Tracker
 
 FRAME_NS = 33_333_333
@@ -33,7 +34,7 @@ def test_it_stays_where_it_is(focal_px, width_px, lateral_m, size_m, nearest_m):
         bottom = min(float(calibration.row_at(distance_m + TYRES_M)), 719.5)
         top = max(whole.y, -0.5)
         seen = Detection(Box(left, top, right - left, bottom - top), 1.0)
-        tracks = tracker.update(frame * FRAME_NS, [seen], own_mps)
+        tracks = tracker.update(frame * FRAME_NS, [seen], assumed_ego(own_mps))
         cut |= (whole.x < left) != (right < whole.right)
         if tracks:
             assert tracks[0].lateral_m == pytest.approx(lateral_m, abs=0.5)

@@ -9,7 +9,8 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
-from fcw.motion.state import STRAIGHT, OwnPath
+from fcw.motion.ego import Ego
+from fcw.motion.state import STRAIGHT, OwnMotion, OwnPath
 from fcw.tracking.range.model import REARS
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
@@ -43,7 +44,7 @@ def followed(
     tracker, tracks = Tracker(CALIBRATION), tuple[Track, ...]()
     box = box_of_lorry(distance_m, lateral_m, heading_rad)
     for frame in range(30):
-        tracks = tracker.update(frame * 33_333_333, [Detection(box, 1.0)], path=path)
+        tracks = tracker.update(frame * 33_333_333, [Detection(box, 1.0)], Ego(OwnMotion(), path))
     (track,) = tracks
     return track
 

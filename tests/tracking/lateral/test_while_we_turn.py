@@ -7,8 +7,8 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
-from fcw.motion.bend.turn import Turn
-from fcw.motion.state import OwnPath
+from fcw.motion.ego import Ego
+from fcw.motion.state import OwnMotion, OwnPath
 from fcw.tracking.tracker import Tracker
 
 CAMERA = GroundPlaneCamera(0.02, 1000.0, 359.5, 1.4, 639.5)
@@ -38,13 +38,12 @@ def comes_after_us_mps(turning_is_known: bool) -> float:
         ahead_m, aside_m = 50.0 - (OWN_MPS - ITS_MPS) * step * STEP_S, -our_lateral_m(time_s)
         seen_m = (ahead_m + 1j * aside_m) * cmath.exp(-1j * our_heading_rad(time_s))
         turned_rad = our_heading_rad(time_s + STEP_S / 2) - our_heading_rad(time_s - STEP_S / 2)
-        turn = Turn(own_mps=OWN_MPS, yaw_rate_radps=turned_rad / STEP_S)
+        yaw_rate_radps = turned_rad / STEP_S
+        motion = OwnMotion(speed_mps=OWN_MPS, yaw_rate_radps=yaw_rate_radps if turning_is_known else None)
         tracks = tracker.update(
             round((time_s + 0.5) * 1e9),
             [Detection(CAMERA.ground_box(seen_m.real, seen_m.imag, 2.5, 3.5), 1.0)],
-            OWN_MPS,
-            path=OwnPath(curvature_per_m=turn.yaw_rate_radps / OWN_MPS),
-            turn=turn if turning_is_known else None,
+            Ego(motion, OwnPath(curvature_per_m=yaw_rate_radps / OWN_MPS)),
         )
         if time_s > CHANGE_S:
             rates_mps += [track.lateral_speed_mps for track in tracks]

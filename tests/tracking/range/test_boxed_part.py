@@ -11,6 +11,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize
+from fcw.motion.ego import assumed_ego
 from fcw.threat.of_tracker import threats_of
 from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
@@ -41,12 +42,12 @@ def drive(
     until_s: float = 9.0,
 ) -> Iterator[tuple[float, Track | None, WarningLevel]]:
     """Time, the vehicle as it is believed, and the level of the warning, frame by frame."""
-    tracker, policy = Tracker(CALIBRATION), make_policy()
+    tracker, policy, ego = Tracker(CALIBRATION), make_policy(), assumed_ego(own_mps)
     for frame in range(round(until_s / FRAME_S)):
         time_s = frame * FRAME_S
         box = boxed(distance_at(time_s), lateral_m, part_at(time_s), from_right)
-        tracks = tracker.update(round(time_s * 1e9), [Detection(box, 1.0)], own_mps)
-        threats = threats_of(tracker, tracks, own_mps)
+        tracks = tracker.update(round(time_s * 1e9), [Detection(box, 1.0)], ego)
+        threats = threats_of(tracker, tracks, ego)
         level = policy.update(round(time_s * 1e9), threats, own_mps).level
         yield time_s, tracks[0] if tracks else None, level
 
