@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from fcw.camera.solve import calibrate
     from fcw.detection.detector import Detection, Detector
     from fcw.errors import UserError
-    from fcw.frame import Frame, ImageSize, Source
+    from fcw.frame import Frame, ImageSize, Source, VideoPacket
     from fcw.job import DriveJob, DriveOutcome, run_drive
     from fcw.logs.mcap.reader import DriveLog, read_drive
-    from fcw.logs.records import FrameResult, Sink
+    from fcw.logs.records import DriveHeader, FrameResult, Sink
     from fcw.sources import open_source
     from fcw.threat.threat import Threat
     from fcw.tracking.types import Track
@@ -49,6 +49,7 @@ __all__ = [
     "Calibration",
     "Detection",
     "Detector",
+    "DriveHeader",
     "DriveJob",
     "DriveLog",
     "DriveOutcome",
@@ -63,6 +64,7 @@ __all__ = [
     "Threat",
     "Track",
     "UserError",
+    "VideoPacket",
     "WarningLevel",
     "WarningPolicy",
     "WarningState",
@@ -82,10 +84,10 @@ _HOMES = {
     "fcw.camera.solve": "calibrate",
     "fcw.detection.detector": "Detection Detector",
     "fcw.errors": "UserError",
-    "fcw.frame": "Frame ImageSize Source",
+    "fcw.frame": "Frame ImageSize Source VideoPacket",
     "fcw.job": "DriveJob DriveOutcome run_drive",
     "fcw.logs.mcap.reader": "DriveLog read_drive",
-    "fcw.logs.records": "FrameResult Sink",
+    "fcw.logs.records": "DriveHeader FrameResult Sink",
     "fcw.sources": "open_source",
     "fcw.threat.threat": "Threat",
     "fcw.tracking.types": "Track",

@@ -136,3 +136,33 @@ class VideoLike(Protocol):
     def coded_anew(self) -> str:
         """Why frames carry no packets, so that a log holds the pictures coded anew; empty where they do."""
         ...
+
+
+@runtime_checkable
+class TimedSource(Protocol):
+    """A source that knows the times of its frames before it decodes them."""
+
+    @property
+    def times_ns(self) -> NDArray[np.int64] | None:
+        """Times of all frames, ascending; None where only decoding tells."""
+        ...
+
+
+@runtime_checkable
+class CameraLike(Protocol):
+    """A source that is a camera, or stands before one: what it shows happens now."""
+
+    @property
+    def recorded(self) -> bool:
+        """Whether it is a recording after all, given as if it happened now."""
+        ...
+
+    @property
+    def trouble(self) -> str:
+        """Why no picture comes at present, or any more; empty while they come."""
+        ...
+
+
+def is_recorded(source: Source) -> bool:
+    """Whether a drive is a recording, as all are but those of cameras."""
+    return source.recorded if isinstance(source, CameraLike) else True

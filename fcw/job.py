@@ -22,7 +22,7 @@ from fcw.detection.model import model_sha256
 from fcw.detection.schedule import DEFAULT_SEARCH_HZ
 from fcw.errors import UserError
 from fcw.files import write_whole
-from fcw.frame import DatedSource, Frame, Source
+from fcw.frame import DatedSource, Frame, Source, is_recorded
 from fcw.logs.drive_folder import drive_folder
 from fcw.logs.mcap.check import check_log
 from fcw.logs.mcap.writer import McapSink
@@ -176,7 +176,7 @@ class PreparedDrive:
     ) -> DriveOutcome:
         """Run the drive to its end, and write its log and summary; see `run_drive` and `Stages`."""
         out, stop = self.job.out, stop or threading.Event()
-        pitch_rad, recorded = self.header.calibration.camera.pitch_rad, getattr(self.source, "recorded", True)
+        pitch_rad, recorded = self.header.calibration.camera.pitch_rad, is_recorded(self.source)
         summary = DriveSummary(self.source.name, self.header.versions, pitch_rad, recorded)
         with drive_folder(out, self._inputs()):
             return self._run(summary, sinks, watchers, stop, on_result, known)

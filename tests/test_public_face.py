@@ -4,6 +4,7 @@ import inspect
 import subprocess
 import sys
 from importlib.metadata import version
+from typing import get_args, get_type_hints
 
 import pytest
 
@@ -25,6 +26,19 @@ def test_all_names_are_listed():
     assert sorted(fcw.__all__) == dir(fcw)
     promised = {name for names in fcw._HOMES.values() for name in names.split()}
     assert promised == set(fcw.__all__)
+
+
+@pytest.mark.parametrize("seam", [fcw.Source, fcw.Detector, fcw.WarningPolicy, fcw.Sink])
+def test_whoever_writes_a_part_of_their_own_finds_all_that_it_takes_and_gives(seam: type):
+    hints: list[object] = []
+    for member in vars(seam).values():
+        function = member.fget if isinstance(member, property) else member
+        if inspect.isfunction(function) and function.__module__ == seam.__module__:
+            hints += get_type_hints(function).values()
+    taken = {kind for hint in hints for kind in (hint, *get_args(hint)) if inspect.isclass(kind)}
+    ours = {kind.__name__ for kind in taken if kind.__module__.startswith("fcw")}
+    assert ours
+    assert ours <= set(fcw.__all__)
 
 
 def test_another_name_is_told_as_of_any_module():

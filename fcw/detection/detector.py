@@ -56,6 +56,16 @@ class Detector(Protocol):
 
 
 @runtime_checkable
+class WindowDetector(Detector, Protocol):
+    """A detector that looks at windows one by one."""
+
+    @property
+    def windows_per_frame(self) -> int:
+        """How many it looks at in a picture."""
+        ...
+
+
+@runtime_checkable
 class AimedDetector(Detector, Protocol):
     """A detector that looks where a calibration says that vehicles can be.
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.frame import Frame, ImageSize, Source, VideoLike
+from fcw.frame import CameraLike, Frame, ImageSize, Source, TimedSource, VideoLike, is_recorded
 
 
 class ForwardingSource:
@@ -37,7 +37,7 @@ class ForwardingSource:
     @property
     def times_ns(self) -> NDArray[np.int64] | None:
         """Times of all frames, where the source knows them before it decodes; else None."""
-        return getattr(self._source, "times_ns", None)
+        return self._source.times_ns if isinstance(self._source, TimedSource) else None
 
     @property
     def relays_video(self) -> bool:
@@ -52,7 +52,12 @@ class ForwardingSource:
     @property
     def recorded(self) -> bool:
         """Whether the drive is a recording, as all sources are but cameras."""
-        return getattr(self._source, "recorded", True)
+        return is_recorded(self._source)
+
+    @property
+    def trouble(self) -> str:
+        """Why no picture comes from a camera at present; empty while they come, and for a recording."""
+        return self._source.trouble if isinstance(self._source, CameraLike) else ""
 
     @property
     def notes(self) -> tuple[str, ...]:

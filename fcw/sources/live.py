@@ -95,7 +95,7 @@ class LiveSource(ForwardingSource):
     @property
     def trouble(self) -> str:
         """Why no picture comes at present, or any more; empty while they come, and after `stop`."""
-        return "" if self._stop.is_set() else self._gone or getattr(self._source, "trouble", "")
+        return "" if self._stop.is_set() else self._gone or super().trouble
 
     def now_s(self) -> float:
         """The present moment on the clock of `Capture.captured_s`."""

@@ -4,13 +4,11 @@ import threading
 from collections import OrderedDict, deque
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize, Source
+from fcw.frame import Frame, ImageSize, Source, TimedSource
 
 CACHE_BYTES = 128 << 20
 """Nearly fifty pictures of 1280x720: stepping to and fro decodes nothing twice."""
@@ -18,16 +16,6 @@ READ_ON_FRAMES = 12
 """Up to this far ahead it is quicker to decode on than to open the file again at the keyframe before."""
 READ_BACK_FRAMES = 8
 """Stepping back, the pictures before are kept too: all of them have to be decoded for the one asked for."""
-
-
-@runtime_checkable
-class TimedSource(Protocol):
-    """A source that knows the times of its frames before it decodes them."""
-
-    @property
-    def times_ns(self) -> NDArray[np.int64] | None:
-        """Times of all frames, ascending; None where only decoding tells."""
-        ...
 
 
 class Pictures:

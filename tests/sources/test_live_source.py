@@ -37,6 +37,7 @@ class Made:
     frame_count: int | None = None
     frame_rate_hz: float = float(RATE_HZ)
     notes: tuple[str, ...] = ("a note",)
+    recorded: bool = True
     trouble: str = ""
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
@@ -186,11 +187,8 @@ def test_what_is_wrong_with_a_source_is_known_until_the_drive_is_ended_by_hand()
 
 
 def test_a_camera_is_no_recording_behind_other_sources_either():
-    class Camera(Made):
-        recorded = False
-
     assert opened(Made())[0].recorded
-    assert not opened(Camera())[0].recorded
+    assert not opened(Made(recorded=False))[0].recorded
 
 
 class HeldClock(FakeClock):

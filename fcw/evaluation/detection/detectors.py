@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.choice import DetectorModel, make_detector
-from fcw.detection.detector import Detector
+from fcw.detection.detector import Detector, WindowDetector
 from fcw.detection.training.dataset import LabelledImage
 from fcw.evaluation.detection.labels import AnnotatedImage
 
@@ -132,4 +132,5 @@ def _detect(detector: Detector, pixels: NDArray[np.uint8]) -> FrameDetections:
     milliseconds = 1e3 * (time.thread_time() - start_s)
     boxes = np.array([(d.box.x, d.box.y, d.box.w, d.box.h) for d in found], np.float64).reshape(-1, 4)
     scores = np.array([d.score for d in found], np.float64)
-    return FrameDetections(boxes, scores, milliseconds, getattr(detector, "windows_per_frame", None))
+    windows = detector.windows_per_frame if isinstance(detector, WindowDetector) else None
+    return FrameDetections(boxes, scores, milliseconds, windows)

@@ -62,6 +62,7 @@ class Part(VideoSource):
 
     wait: Callable[[float], object]
     """Called before each picture, with its time in seconds."""
+    recorded = True
     trouble = ""
     """As a camera's, which gives nothing meanwhile."""
 
