@@ -56,6 +56,7 @@ class Record:
         warnings: events of level `warning`.
         log_bytes: size of its log.
         notes: what a person should know of the source and of the drive, as that a part of it is lost.
+        unseen_s: for how long of it nothing could be seen; known once the tables are made.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Record:
     warnings: int = 0
     log_bytes: int = 0
     notes: tuple[str, ...] = ()
+    unseen_s: float = 0.0
 
     def __post_init__(self) -> None:
         """Show bytes of names that are no UTF-8 as escapes, so that every table and page can be written."""

@@ -13,7 +13,7 @@ from fcw.batch.review_list import REVIEW_LIST_NAME, ListedDrive, fill_review_lis
 from fcw.bounded.gpx import GpxTrack
 from fcw.errors import UserError
 from fcw.files import check_kind, whole_files
-from fcw.logs.events import find_events
+from fcw.logs.events import find_events, seen_s
 from fcw.logs.export.columns import EVENT_COLUMNS, NOTE_SEPARATOR, Column, EventRow
 from fcw.logs.export.table import fill_parquet
 from fcw.logs.mcap.foxglove_messages import NANOSECONDS
@@ -101,6 +101,13 @@ DRIVE_COLUMNS: tuple[Column[Record], ...] = (
     Column("frames", "int64", "", "so many", lambda record: record.frames),
     Column(
         "duration_s", "float64", "s", "from its first frame to its last", lambda record: record.duration_s
+    ),
+    Column(
+        "seen_s",
+        "float64",
+        "s",
+        "of that, for how long something could be seen, and a warning could come",
+        lambda record: record.duration_s - record.unseen_s,
     ),
     Column("events", "int64", "", "of every kind", lambda record: record.events),
     Column("warnings", "int64", "", "events of level warning", lambda record: record.warnings),
@@ -224,7 +231,8 @@ class _Gathered:
             span = chunks.span(*times_ns)
             place = None if track is None else track.place_at(one.event.peak_s)
             events.append(_Event(EventRow(record.name, one.event), verdict, record, version, span, place))
-        self.read.append(replace(record, events=len(events)))
+        unseen_s = record.duration_s - seen_s(record.duration_s, found)
+        self.read.append(replace(record, events=len(events), unseen_s=unseen_s))
         self.listed.append(ListedDrive.of(log.path.parent, log, found, record))
         self.fleet.add(record, series, found, log.header, self.out)
         return events

@@ -35,6 +35,7 @@ from fcw.logs.events import find_events
 from fcw.logs.mcap.format import RESULT_TOPIC
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME, SUMMARY_NAME
+from fcw.logs.records import NOTHING_SEEN
 from fcw.logs.thumbnail import THUMBNAIL_PX
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.review_app.drive import duration_text
@@ -305,6 +306,25 @@ def test_the_share_judged_false_is_that_of_the_summary_where_people_disagree(bat
     monkeypatch.chdir(tmp_path)
     assert duckdb.execute(question).fetchall() == [(1 / 2,)]
     assert summarise({"a": log.path}).all[WarningLevel.WARNING].share_false == 1 / 2
+
+
+def test_warnings_are_counted_per_hour_in_which_something_could_be_seen(tmp_path, monkeypatch):
+    frames = [
+        (replace(result, notes=(NOTHING_SEEN,)) if result.index < 25 else result, packets)
+        for result, packets in marked_drive(75)
+    ]
+    series = write_log(tmp_path / "a" / MCAP_NAME, frames, drive_header()).series()
+    record = done_record("a", series.duration_s)
+    write_tables(tmp_path, [record])
+    # The lens is covered for the first 25 frames of 75, at 25 a second.
+    (told,) = pq.read_table(tmp_path / DRIVES_NAME).select(["duration_s", "seen_s"]).to_pylist()
+    assert told["duration_s"] - told["seen_s"] == pytest.approx(1.0, abs=0.05)
+    docs = (Path(__file__).parents[2] / "docs" / "batch.md").read_text()
+    (question,) = re.findall(r"-- warnings per hour\n(.*)", docs)
+    monkeypatch.chdir(tmp_path)
+    fleet = Fleet()
+    fleet.add(record, series, find_events(series), drive_header(), tmp_path)
+    assert duckdb.execute(question).fetchall() == [(pytest.approx(fleet.warnings_per_hour[0]),)]
 
 
 def test_events_of_a_drive_with_a_gpx_track_have_their_place(batch):
