@@ -1,10 +1,19 @@
 """`fcw train`: train the vehicle detector."""
 
+import json
+import shutil
+from contextlib import closing
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO, Annotated, Literal
+from typing import IO, TYPE_CHECKING, Annotated, Literal
 
 import tyro
+
+from fcw.errors import UserError
+
+if TYPE_CHECKING:
+    from fcw_viz.console import Bar
 
 LOG_START = "training on "
 
@@ -44,24 +53,99 @@ class TrainCommand:
     """Replace an existing model."""
 
 
+class _Told:
+    """Who is told how a training goes: a bar, the lines above it, and the log.
+
+    The log's file is begun with the first stage of work: a training that is refused before leaves none, and
+    an earlier one's stays.
+    """
+
+    def __init__(self, bar: "Bar", log_path: Path, goes_on: bool) -> None:
+        self._bar, self._path, self._mode = bar, log_path, "a" if goes_on else "w"
+        self._waiting: list[str] = []
+        self._file: IO[str] | None = None
+        self.advance = bar.advance
+
+    def stage(self, name: str, steps: int) -> None:
+        """Work of so many steps begins."""
+        if self._file is None:
+            self._file = _opened(self._path, self._mode)
+            self._file.writelines(self._waiting)
+        self._bar.begin(name, steps)
+
+    def note(self, text: str, **figures: float) -> None:
+        """Something worth keeping: a line."""
+        from fcw_viz.console import MESSAGES
+
+        MESSAGES.print(text)
+        told = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "text": text} | figures
+        line = json.dumps(told) + "\n"
+        if self._file is None:
+            self._waiting.append(line)
+        else:
+            self._file.write(line)
+            self._file.flush()
+
+    def close(self) -> None:
+        """End the log."""
+        if self._file is not None:
+            self._file.close()
+
+
 def run_train(command: TrainCommand) -> int:
-    """Train, write the model, and log each round on stderr and beside the model."""
-    import json
-    import shutil
-    from datetime import UTC, datetime
+    """Train, write the model, and log each round on stderr and beside the model; returns the exit code.
 
-    from fcw.errors import UserError
-
-    if command.seed < 0:
-        raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
+    Raises:
+        UserError: an option is wrong, or the pictures do not do for a training.
+    """
     from fcw.detection.model import model_sha256
     from fcw.detection.net.model import NetModel
     from fcw.detection.training.folders import load_training_set
     from fcw.detection.training.own_pictures import found_of_own
     from fcw.detection.training.training import TrainingSettings, train
-    from fcw.files import check_kind
+    from fcw.files import check_kind, check_place
     from fcw_viz.console import MESSAGES, progress
 
+    _check(command)
+    start = None if command.start_from is None else NetModel.load(command.start_from)
+    parts = command.out.with_name(command.out.name + ".parts")
+    log_path = command.out.with_name(command.out.name + ".log.jsonl")
+    check_kind(command.out, "model of this program", (b"first_", b"glance_"))
+    check_kind(log_path, "log of a training", (f'"text": "{LOG_START}'.encode(),))
+    check_place(log_path)
+    # Beside the parts it is of a training that was stopped at its very end, or was to be replaced.
+    if command.out.exists() and not command.overwrite and not parts.is_dir():
+        raise UserError(f"{command.out}: exists already; choose another name, or replace it with --overwrite")
+    images = load_training_set(*command.data, permissive_only=command.permissive_only)
+    # A training that goes on from kept stages goes on with its log too.
+    with progress("reading", None) as bar, closing(_Told(bar, log_path, goes_on=parts.is_dir())) as told:
+        names = ", ".join(map(str, command.data))
+        told.note(f"{LOG_START}{len(images)} pictures of {names}, seed {command.seed}")
+        if command.detector == "net":
+            from fcw.detection.net.training.fitting import NetTrainingSettings, train_net
+
+            settings = NetTrainingSettings().seeded(command.seed)
+            if start is not None:
+                settings = settings.going_on()
+                told.note(f"goes on from {command.start_from}")
+            model, held_out = train_net(images, settings, told, command.score_threshold, start), None
+        else:
+            result = train(images, TrainingSettings(seed=command.seed), told, parts)
+            model, held_out = result.model, result.operating_point.detection_rate
+        own = found_of_own(command.detector, model, images, told)
+    model.save(command.out)
+    if command.detector == "acf":  # a net's training keeps nothing there: whatever it is, it stays
+        shutil.rmtree(parts, ignore_errors=True)
+    MESSAGES.print(f"{command.out}: {model_sha256(command.out)}")
+    if useless := _useless(*own, held_out):
+        MESSAGES.print(f"warning: {command.out}: {useless}", style="yellow")
+    return 0
+
+
+def _check(command: TrainCommand) -> None:
+    """See that the options fit together, and that the folders are there."""
+    if command.seed < 0:
+        raise UserError(f"--seed {command.seed}: expected a whole number of at least 0")
     if not command.data:
         raise UserError("--data: no folder given; expected one with labels.json and images/")
     for folder in command.data:
@@ -77,54 +161,6 @@ def run_train(command: TrainCommand) -> int:
         raise UserError("--score-threshold: acf chooses its own; leave it out, or add --detector net")
     if command.start_from is not None and command.detector != "net":
         raise UserError("--start-from: acf learns from nothing; leave it out, or add --detector net")
-    start = None if command.start_from is None else NetModel.load(command.start_from)
-    parts = command.out.with_name(command.out.name + ".parts")
-    log_path = command.out.with_name(command.out.name + ".log.jsonl")
-    check_kind(command.out, "model of this program", (b"first_", b"glance_"))
-    check_kind(log_path, "log of a training", (f'"text": "{LOG_START}'.encode(),))
-    # Beside the parts it is of a training that was stopped at its very end, or was to be replaced.
-    if command.out.exists() and not command.overwrite and not parts.is_dir():
-        raise UserError(f"{command.out}: exists already; choose another name, or replace it with --overwrite")
-    images = load_training_set(*command.data, permissive_only=command.permissive_only)
-    # A training that goes on from kept stages goes on with its log too.
-    with (
-        _opened(log_path, "a" if parts.is_dir() else "w") as log,
-        progress("reading", None) as bar,
-    ):
-
-        class _BarAndLog:
-            """One bar, set anew for each stage; the log's lines go above it."""
-
-            stage, advance = bar.begin, bar.advance
-
-            def note(self, text: str, **figures: float) -> None:
-                MESSAGES.print(text)
-                line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "text": text} | figures
-                log.write(json.dumps(line) + "\n")
-                log.flush()
-
-        bar_and_log = _BarAndLog()
-        names = ", ".join(map(str, command.data))
-        bar_and_log.note(f"{LOG_START}{len(images)} pictures of {names}, seed {command.seed}")
-        if command.detector == "net":
-            from fcw.detection.net.training.fitting import NetTrainingSettings, train_net
-
-            settings = NetTrainingSettings().seeded(command.seed)
-            if start is not None:
-                settings = settings.going_on()
-                bar_and_log.note(f"goes on from {command.start_from}")
-            model, held_out = train_net(images, settings, bar_and_log, command.score_threshold, start), None
-        else:
-            result = train(images, TrainingSettings(seed=command.seed), bar_and_log, parts)
-            model, held_out = result.model, result.operating_point.detection_rate
-        own = found_of_own(command.detector, model, images, bar_and_log)
-    model.save(command.out)
-    if command.detector == "acf":  # a net's training keeps nothing there: whatever it is, it stays
-        shutil.rmtree(parts, ignore_errors=True)
-    MESSAGES.print(f"{command.out}: {model_sha256(command.out)}")
-    if useless := _useless(*own, held_out):
-        MESSAGES.print(f"warning: {command.out}: {useless}", style="yellow")
-    return 0
 
 
 def _useless(found: int, vehicles: int, held_out_rate: float | None) -> str:
@@ -149,8 +185,6 @@ def _useless(found: int, vehicles: int, held_out_rate: float | None) -> str:
 
 def _opened(path: Path, mode: str) -> IO[str]:
     """The log, to write to."""
-    from fcw.errors import UserError
-
     try:
         return path.open(mode, encoding="utf-8")
     except OSError as error:

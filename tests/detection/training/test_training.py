@@ -20,7 +20,7 @@ from fcw.detection.training.folders import load_training_set
 from fcw.detection.training.own_data import read_calibration_table
 from fcw.detection.training.training import TrainingResult, TrainingSettings, train
 from fcw.errors import UserError
-from fcw_viz.commands.train import TrainCommand, run_train
+from fcw_viz.commands.train import LOG_START, TrainCommand, run_train
 
 SETTINGS = TrainingSettings(
     tree_counts=(16, 32),
@@ -201,6 +201,22 @@ def test_a_model_that_finds_nothing_is_warned_of_at_the_end(drawn_set, tmp_path,
     last = capsys.readouterr().err.splitlines()[-1]
     assert re.match(rf"warning: {tmp_path}/model\.npz: finds none of \d+ vehicles in the pictures that", last)
     assert "none in those held out; do not use it" in last
+
+
+@pytest.mark.parametrize("earlier", [None, f'{{"time": 0, "text": "{LOG_START}3 pictures"}}\n'])
+def test_a_training_that_is_refused_leaves_no_log_and_an_earlier_one_as_it_was(
+    drawn_set, tmp_path, monkeypatch, earlier
+):
+    def refuse(*_: object) -> None:
+        raise UserError("too few")
+
+    log = tmp_path / "model.npz.log.jsonl"
+    if earlier is not None:
+        log.write_text(earlier)
+    monkeypatch.setattr("fcw.detection.training.training.train", refuse)
+    with pytest.raises(UserError, match="too few"):
+        run_train(TrainCommand((drawn_set,), tmp_path / "model.npz"))
+    assert (log.read_text() if log.exists() else None) == earlier
 
 
 def test_a_model_is_replaced_only_where_that_is_said(drawn_set, tmp_path, monkeypatch):
