@@ -72,6 +72,8 @@ RUNNERS = {
 }
 
 
+CHOICES = [], ["evaluate"]
+"""What is typed where a command is still to be chosen."""
 NO_THREAD = "can't start new thread"
 """Python's only word for it."""
 
@@ -82,9 +84,9 @@ def main(arguments: list[str] | None = None) -> int:
     if typed == ["--version"]:
         sys.stdout.write(f"fcw {__version__}\n")
         return 0
-    if not typed:  # no mistake of a person who wants to know what there is, but one in a script
+    if typed in CHOICES:  # no mistake of a person who wants to know what there is, but one in a script
         with redirect_stdout(sys.stderr), suppress(SystemExit):
-            _parsed(["--help"])
+            _parsed([*typed, "--help"])
         return EXIT_WRONG_INPUT
     try:
         _check_given_once(typed)

@@ -99,7 +99,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         calibration = _of_pictures(calibration, lens, evidence)
     if cut is not None:
         calibration = calibration.through(cut.back(size))
-        notes += source.notes
+    notes += source.notes
     if not evidence.has_distances:
         notes += _assumed(command, height_m, calibration.assumed, found.focal_px)
     if not found.shows_road:

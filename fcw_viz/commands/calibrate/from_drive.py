@@ -1,6 +1,7 @@
 """`fcw calibrate --from-drive`: what a drive taught of the mount becomes the calibration."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from fcw.camera.calibration import Calibration
@@ -8,7 +9,7 @@ from fcw.errors import UserError
 from fcw.motion.learned import calibration_of_mount
 from fcw.motion.mount import SHOWN_AT_M
 from fcw.motion.state import Mount
-from fcw.units import distance_text
+from fcw.units import FEET_PER_METRE, distance_text
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.commands.calibrate.points import save_and_report
 from fcw_viz.console import RESULTS
@@ -17,6 +18,7 @@ MOVED = (
     "the camera looks elsewhere than its calibration says, by more than both can be wrong: it was moved, or "
     "the calibration was wrong; the pitch is the drive's alone"
 )
+MOST_DECIMALS = 2
 GROWN = 1.02
 """An interval that is wider by more than this is said to be."""
 
@@ -39,7 +41,7 @@ def run_calibrate_from_drive(command: CalibrateCommand, drive: Path) -> int:
     after, imperial = learned.calibration, command.units == "imperial"
     known = [_interval_at(SHOWN_AT_M, calibration) for calibration in (before, after)]
     there = distance_text(SHOWN_AT_M, imperial)
-    words = [_words(*interval, imperial) for interval in known]
+    words = _words(known, imperial)
     if not command.json:
         RESULTS.print(
             f"the road at {there} is known to two times in three: {words[0]} by the drive's calibration, "
@@ -60,9 +62,18 @@ def _interval_at(distance_m: float, calibration: Calibration) -> tuple[float, fl
     return calibration.distance_interval(calibration.row_at(distance_m))
 
 
-def _words(low_m: float, high_m: float, imperial: bool) -> str:
-    high = distance_text(high_m, imperial) if math.isfinite(high_m) else "unbounded"
-    return f"{distance_text(low_m, imperial)} to {high}"
+def _words(intervals: Sequence[tuple[float, float]], imperial: bool) -> list[str]:
+    """The intervals, all to the same decimals: as many as tell the narrowest one's width to a tenth of it."""
+    scale, unit = (FEET_PER_METRE, "ft") if imperial else (1.0, "m")
+    narrowest = min((high_m - low_m) * scale for low_m, high_m in intervals)
+    decimals = 0
+    while decimals < MOST_DECIMALS and 10 * 10**-decimals > narrowest:
+        decimals += 1
+    return [
+        f"{low_m * scale:.{decimals}f} {unit} to "
+        + (f"{high_m * scale:.{decimals}f} {unit}" if math.isfinite(high_m) else "unbounded")
+        for low_m, high_m in intervals
+    ]
 
 
 def _believed(drive: Path) -> tuple[Calibration, Mount]:

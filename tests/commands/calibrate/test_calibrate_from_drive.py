@@ -48,7 +48,9 @@ def test_the_file_keeps_lens_and_yaw_and_before_and_after_are_told(tmp_path, cap
     save = tmp_path / "new.calibration.yaml"
     assert main(["calibrate", "--from-drive", str(drive), "--save", str(save)]) == 0
     captured = capsys.readouterr()
-    assert "the road at 30 m is known to two times in three: 29 m to 31 m by the drive's" in captured.out
+    # To a decimal more than distances are told with: else both would be 29 m to 31 m.
+    assert "the road at 30 m is known to two times in three: 28.9 m to 31.2 m by the drive's" in captured.out
+    assert "calibration, 29.1 m to 30.9 m now" in captured.out
     assert captured.err == ""
     again = read_calibration(save)
     assert again.lens == LENS

@@ -22,17 +22,32 @@ from fcw_viz.cli import main
 BAR_PX = 160
 
 
-def write_clip(clip: Path, bar_px: int) -> Path:
+def write_clip(clip: Path, bar_px: int, frames: int = 3) -> Path:
     random = np.random.default_rng(0)
-    with av.open(str(clip), "w") as container:
+    with av.open(str(clip), "w", options={"movflags": "faststart"}) as container:
         stream = container.add_stream("libx264", rate=30)
         stream.width, stream.height, stream.pix_fmt = 640 + 2 * bar_px, 360, "yuv420p"
-        for _ in range(3):
+        for _ in range(frames):
             image = random.integers(40, 200, (360, 640, 3), dtype=np.uint8)
             image = np.pad(image, ((0, 0), (bar_px, bar_px), (0, 0)))
             container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="bgr24")))
         container.mux(stream.encode())
     return clip
+
+
+def test_of_a_clip_that_is_cut_short_it_is_said(tmp_path, monkeypatch, capsys):
+    clip = write_clip(tmp_path / "clip.mp4", 0, frames=20)
+    clip.write_bytes(clip.read_bytes()[: clip.stat().st_size // 2])
+
+    def look(source, *_args, **_others):
+        list(source.frames())
+        camera = GroundPlaneCamera(0.03, 500.0, 179.5, 1.3, 319.5)
+        calibration = Calibration.from_camera(camera, source.image_size)
+        return ClipCalibration(calibration, ClipObservations(None, None, (), 5), True, True)
+
+    monkeypatch.setattr("fcw.self_calibration.clip.calibrate_clip", look)
+    assert main(["calibrate", str(clip), "--from-clip", "--height", "1.3"]) == 0
+    assert "clip.mp4: the file is cut short" in " ".join(capsys.readouterr().err.split())
 
 
 def test_bars_are_left_out_of_the_fit_and_are_in_the_saved_file(tmp_path, monkeypatch, capsys):

@@ -60,6 +60,14 @@ def test_without_a_command_all_of_them_are_listed_with_what_they_do(capsys) -> N
     assert all(f"• {command.split()[0]} " in said for command in COMMANDS)
 
 
+def test_without_what_to_evaluate_all_of_it_is_listed_with_what_it_measures(capsys) -> None:
+    assert main(["evaluate"]) == 2
+    out, said = capsys.readouterr()
+    assert out == ""
+    assert "warning    Measure warnings: in standard scenarios" in said
+    assert all(f"• {command.split()[1]} " in said for command in COMMANDS if command.startswith("evaluate "))
+
+
 def test_the_version_is_printed(capsys) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"fcw {__version__}\n"
