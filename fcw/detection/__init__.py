@@ -1,0 +1,1 @@
+"""Detectors: vehicles seen from behind, found in one picture."""

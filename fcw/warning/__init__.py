@@ -1,0 +1,1 @@
+"""Warnings: rules, policies, and the levels that a person is shown."""

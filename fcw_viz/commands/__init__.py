@@ -1,0 +1,1 @@
+"""The commands of `fcw`, each with its options."""
