@@ -18,9 +18,10 @@ from unittest.mock import patch
 
 import numpy as np
 
+from fcw.evaluation.distance.kitti import TRUE_SPEED_HALF_WINDOW_S
 from fcw.evaluation.distance.kitti_tracking import KittiSequence, read_sequence, sequence_names, time_ns
 from fcw.evaluation.distance.leave_one_out import OUTSIDE_PART
-from fcw.evaluation.warning.false_alarms import SAME_EDGES_PX, TRUE_SPEED_HALF_WINDOW_S, kitti_threats
+from fcw.evaluation.warning.false_alarms import SAME_EDGES_PX, kitti_threats
 from fcw.tracking.across import lateral_filter, place_filter
 
 JUMPS_SIGMAS = (3.0, 4.0, 6.0)

@@ -49,7 +49,7 @@ class OwnMotion:
         speed_sigma_mps: 1-sigma; None when the speed is unknown, 0 when it was given.
         speed_source: where it comes from.
         yaw_rate_radps: how fast we turn, positive to the left; None when unknown.
-        yaw_rate_sigma_radps: 1-sigma; None when the yaw rate is unknown.
+        yaw_rate_sigma_radps: 1-sigma; None when the yaw rate is unknown, or was given without one.
         mount: of the camera; None where it is not learned.
         picture_speed_mps: by points of the picture alone, whatever was given, or told by the road as a whole,
             which is too rough to judge a scale by; None when unknown.

@@ -17,6 +17,7 @@ from fcw.motion.state import OwnPath
 from fcw.threat.course import place_at_contact
 from fcw.tracking.box_measurement import ACROSS_M, visible_side_m
 from fcw.tracking.lead import is_oncoming, may_come_towards_us
+from fcw.tracking.range.model import REARS
 from fcw.tracking.types import Track
 
 OWN_WIDTH_M = 1.8
@@ -24,12 +25,10 @@ OWN_WIDTH_M = 1.8
 WIDEST_CAR_M = 1.8
 """A car that looks wider is seen from a corner, if it does not cross our path or stand across it; a lorry is
 taller than wide, or nearly so."""
-CAR_LENGTH_M = 4.2
-"""As `fcw.tracking.range.model` has it."""
+CAR = REARS[0]
+"""A passenger car, as the range filter has it: how wide one that crosses looks follows from its box."""
 ALONG_MPS = 2.0
 """What moves faster along the road does not stand across it."""
-CAR_HEIGHT_M = 1.5
-"""Likewise: how wide a vehicle that crosses looks follows from its box."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady if it is known to this lateral acceleration (1-sigma)."""
@@ -201,7 +200,7 @@ def _assess_one(
     is_tall = track.box.h > LORRY_ASPECT * track.box.w
     width_m = track.width_m if is_tall else min(track.width_m, WIDEST_CAR_M)
     if place.crosses or _is_across(track, own_mps):
-        width_m = max(track.width_m, CAR_HEIGHT_M * track.box.w / track.box.h)
+        width_m = max(track.width_m, CAR.height_m * track.box.w / track.box.h)
     in_the_way_m = (OWN_WIDTH_M + width_m) / 2
     x_m = track.distance_m + reference_offset_m
     overlap_m = in_the_way_m - abs(place.offset_m)
@@ -247,9 +246,9 @@ def _is_across(track: Track, own_mps: float | None) -> bool:
     """
     if own_mps is None or abs(own_mps - track.closing_speed_mps) > ALONG_MPS:
         return False
-    seen_m = min(track.width_m, CAR_HEIGHT_M * track.box.w / track.box.h)
+    seen_m = min(track.width_m, CAR.height_m * track.box.w / track.box.h)
     outer_m = abs(track.lateral_m) + seen_m / 2
-    side_m = visible_side_m(outer_m, WIDEST_CAR_M, track.distance_m, CAR_LENGTH_M)
+    side_m = visible_side_m(outer_m, WIDEST_CAR_M, track.distance_m, CAR.length_m)
     return seen_m > WIDEST_CAR_M + side_m + ACROSS_M
 
 

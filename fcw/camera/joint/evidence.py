@@ -10,6 +10,8 @@ VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
 """Of passenger cars, vans among them, with what a box adds and takes."""
 CAR_HEIGHT_M = Gaussian(1.5, 0.15)
 """Of passenger cars, likewise."""
+CAR_LENGTH_M = 4.2
+"""Likewise, for how much of its side one shows."""
 TALL_WIDTH_M = Gaussian(2.2, 0.45)
 """Of what is taller than wide: vans, lorries and buses, three-wheelers."""
 

@@ -6,10 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
-from fcw.camera.joint.evidence import Ruler
+from fcw.camera.joint.evidence import CAR_LENGTH_M, Ruler
 
-LENGTH_M = 4.2
-"""Of a vehicle, for how much of its side it shows."""
 SIDE_SIGMA = 0.5
 """Of the side that is shown, as a part of it: vehicles are turned, and boxes end where they will."""
 STRAY_DENSITY = 0.01
@@ -64,7 +62,7 @@ def width_misfits(
     # A vehicle beside our path shows its side, whose far end is a car's length farther away.
     outer_m = (np.abs(places[:, 0] - camera.principal_column_px) + widths_px / 2) * metres_per_px
     distances_m = usual_focal_px * metres_per_px
-    sides_m = np.maximum(outer_m - usual_m, 0.0) * LENGTH_M / (distances_m + LENGTH_M)
+    sides_m = np.maximum(outer_m - usual_m, 0.0) * CAR_LENGTH_M / (distances_m + CAR_LENGTH_M)
     sides_m[[ruler.side_known for ruler in rulers]] = 0.0
     seen_m = np.maximum(widths_px * metres_per_px - sides_m, usual_m / 3)
     relative = np.array([ruler.width_m.sigma / ruler.width_m.value for ruler in rulers])

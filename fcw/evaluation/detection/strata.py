@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from fcw.detection.matching import Matches, pool_matches
 from fcw.evaluation.detection.detectors import FrameDetections
+from fcw.evaluation.detection.figures import HEIGHT_PART_EDGES
 from fcw.evaluation.detection.intervals import RESAMPLES, Grouping, Interval, interval
 from fcw.evaluation.detection.labels import AnnotatedImage
 from fcw.json_form import to_json, without_non_finite
 
-HEIGHT_EDGES = (0.0, 0.05, 0.1, 0.2, 0.35, math.inf)
-"""Of the picture's height."""
 NEAR_HEIGHT = 0.2
 CLEAR_WIDTH_PX = 24.0
 KINDS = {"cars, SUVs": frozenset({"car", "suv"}), "vans, lorries, buses": frozenset({"van", "truck", "bus"})}
@@ -102,7 +101,7 @@ STRATA: Mapping[str, Condition] = {
     "clear": lambda vehicle: vehicle.clear,
     "clear, rear": lambda vehicle: vehicle.clear and vehicle.view == "rear",
     "clear, rear-quarter": lambda vehicle: vehicle.clear and vehicle.view == "rear-quarter",
-    **{_height_name(low, high): partial(_between, low, high) for low, high in pairwise(HEIGHT_EDGES)},
+    **{_height_name(low, high): partial(_between, low, high) for low, high in pairwise(HEIGHT_PART_EDGES)},
     "near": lambda vehicle: vehicle.near,
     "near, not hidden": lambda vehicle: vehicle.near and vehicle.occluded == 0,
     "near, truncated": lambda vehicle: vehicle.near and vehicle.truncated,

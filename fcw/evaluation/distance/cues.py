@@ -1,6 +1,5 @@
 """What the tracker goes by; apart from `ablation`, so that the command line loads quickly."""
 
-from typing import Literal, get_args
+from typing import Literal
 
 Cue = Literal["pitch", "width", "row", "ego-speed"]
-CUES: tuple[Cue, ...] = get_args(Cue)

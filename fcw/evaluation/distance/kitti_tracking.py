@@ -23,6 +23,7 @@ FRAME_RATE_HZ = 10.0
 CAMERA_HEIGHT_M = 1.65
 """Of the KITTI cameras above the road (Geiger et al. 2013, figure 3)."""
 CALIBRATION_POINTS_M = (8.0, 15.0, 30.0)
+"""Where the road is clicked, here and in simulated scenes."""
 SMALLEST_IMAGE = ImageSize(1224, 370)
 """The rectified pictures of KITTI are no smaller; labels that reach the border tell how large they are."""
 

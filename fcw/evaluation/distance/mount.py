@@ -17,7 +17,8 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.camera.solve import calibrate
 from fcw.detection.detector import Detection
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
-from fcw.evaluation.distance.simulation import CLICKED_M, FRAME_S, IMAGE_SIZE, SimulatedRoad
+from fcw.evaluation.distance.kitti_tracking import CALIBRATION_POINTS_M
+from fcw.evaluation.distance.simulation import FRAME_S, IMAGE_SIZE, SimulatedRoad
 from fcw.tracking.tracker import Tracker
 
 LANES_M = (0.0, 3.5, -3.5)
@@ -104,8 +105,9 @@ def first_said_s(
         below_rad = np.arctan2(road.height_m - above_m, distance_m)
         return axis_px + road.focal_px * np.tan(below_rad - pitch_rad - moved_rad)
 
-    clicked = rows(np.array(CLICKED_M), 0.0, 0.0) + road.click_sigma_px * rng.standard_normal(len(CLICKED_M))
-    points = [GroundPoint(d, float(row)) for d, row in zip(CLICKED_M, clicked, strict=True)]
+    off_px = road.click_sigma_px * rng.standard_normal(len(CALIBRATION_POINTS_M))
+    clicked = rows(np.array(CALIBRATION_POINTS_M), 0.0, 0.0) + off_px
+    points = [GroundPoint(d, float(row)) for d, row in zip(CALIBRATION_POINTS_M, clicked, strict=True)]
     calibration = calibrate(points, size, road.height_m, row_sigma_px=road.click_sigma_px, tape_error=0.0)
     common_rad = _wandering(rng, road.slow_pitch_rad, count) + _wandering(rng, road.fast_pitch_rad, count)
     common_rad -= np.where(times_s >= turned_at_s, turned_rad, 0.0)

@@ -15,6 +15,8 @@ from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.solve import calibrate
 from fcw.detection.detector import Detection
 from fcw.errors import UserError
+from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO
+from fcw.evaluation.distance.kitti_tracking import CALIBRATION_POINTS_M
 from fcw.frame import ImageSize
 from fcw.tracking.tracker import Tracker, TrackerSettings
 
@@ -63,14 +65,12 @@ class SimulatedRoad:
     acceleration_mps2: tuple[float, float] = (1.5, 2.0)
 
 
-CLICKED_M = (8.0, 15.0, 30.0)
 IMAGE_SIZE = ImageSize(1280, 720)
 FRAME_S = 0.1
 TRACK_S = 6.0
 START_M = (10.0, 60.0)
 CLOSING_SIGMA_MPS = 5.0
 NEAREST_M, FARTHEST_M = 4.0, 80.0
-BOTTOM_NOISE_RATIO = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +150,8 @@ def _follow_one(
         return axis_px + road.focal_px * math.tan(below_rad - pitch_rad - moved_rad)
 
     clicks = [
-        GroundPoint(d, row(d, 0.0, 0.0) + road.click_sigma_px * rng.standard_normal()) for d in CLICKED_M
+        GroundPoint(d, row(d, 0.0, 0.0) + road.click_sigma_px * rng.standard_normal())
+        for d in CALIBRATION_POINTS_M
     ]
     try:
         calibration: Calibration = calibrate(

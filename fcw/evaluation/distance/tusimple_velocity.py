@@ -13,6 +13,7 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.errors import UserError
 from fcw.evaluation.distance.kitti import CONSTANT_WIDTH_M, RangeErrors, distance_by_width_m, range_errors
+from fcw.evaluation.distance.kitti_tracking import FARTHEST_M, IN_PATH_M, NEAREST_M
 from fcw.frame import ImageSize
 from fcw.tracking.range.filter import RangeFilter
 from fcw.tracking.range.model import RangeModel
@@ -25,8 +26,6 @@ CAMERA_HEIGHT_M = 1.80
 HORIZON_ROW_PX = 338.0
 """Fitted on these very labels, as if rears stood on the lower edges: the camera is pitched down by 3 degrees,
 which nobody published. With tyres 0.75 m ahead of the rears it is 339."""
-IN_PATH_M = 2.0
-NEAREST_M, FARTHEST_M = 4.0, 80.0
 DRAWN_EDGE_SIGMA_PX = 2.0
 """People drew these boxes."""
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fcw.camera.calibration import Calibration
-from fcw.evaluation.distance.kitti import detections_of, tracker_settings
+from fcw.evaluation.distance.kitti import TRUE_SPEED_HALF_WINDOW_S, detections_of, tracker_settings
 from fcw.evaluation.distance.kitti_tracking import (
     KittiSequence,
     KittiVehicle,
@@ -26,8 +26,6 @@ from fcw.tracking.tracker import Tracker
 from fcw.tracking.types import Track
 from fcw.warning.types import WarningLevel, WarningPolicy, WarningState
 
-TRUE_SPEED_HALF_WINDOW_S = 0.5
-"""The true closing speed is a slope over twice this: the 3D boxes are set by hand and shake."""
 SAME_EDGES_PX = 15.0
 """A track is of the vehicle whose sides are on average this near to its box's, at most."""
 TOUCHING_M = 1.8

@@ -16,6 +16,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.detection.detector import Detection
 from fcw.evaluation.distance.kitti import BOTTOM_NOISE_RATIO, tracker_settings
+from fcw.evaluation.distance.kitti_tracking import CALIBRATION_POINTS_M
 from fcw.evaluation.warning.ncap import TRIALS, Scenario
 from fcw.frame import ImageSize
 from fcw.motion.ego import assumed_ego
@@ -32,7 +33,6 @@ CAMERA = GroundPlaneCamera(
 """KITTI's: the noise of the boxes is stated for its pictures."""
 REFERENCE_OFFSET_M = 1.7
 """From the camera forward to the bumper: gaps and TTC are from there."""
-CALIBRATION_POINTS_M = (8.0, 15.0, 30.0)
 CLICK_SIGMA_PX = 1.0
 CAR_WIDTH_M = (1.65, 1.90)
 """Each trial's lead is somewhere between."""

@@ -55,7 +55,7 @@ class Turn:
 
 
 def turn_of(motion: OwnMotion) -> Turn | None:
-    """The turning of own motion; None where it is not known."""
+    """The turning of own motion; None where it is not known. A yaw rate that was given is exact."""
     sigma_radps = motion.yaw_rate_sigma_radps or 0.0
     if motion.yaw_rate_radps is None or sigma_radps > LARGEST_SIGMA_RADPS:
         return None

@@ -7,6 +7,8 @@ were at hand when they were chosen.
 import math
 from dataclasses import dataclass
 
+from fcw.camera.joint.evidence import CAR_LENGTH_M
+
 
 @dataclass(frozen=True, slots=True)
 class VehicleKind:
@@ -28,7 +30,7 @@ class VehicleKind:
     height_m: float
     height_sigma: float
     overhang_m: float = 0.0
-    length_m: float = 4.2
+    length_m: float = CAR_LENGTH_M
 
 
 REARS = (
