@@ -21,9 +21,7 @@ def on_choice(handle: Any, run: Run, choose: Callable[[Any], object]) -> None:  
             run(partial(choose, event.target.value))
 
 
-def on_press(
-    group: viser.GuiButtonGroupHandle, run: Run, actions: Mapping[str, Callable[[], object]]
-) -> None:
+def on_press(group: viser.GuiButtonGroupHandle, run: Run, actions: Actions) -> None:
     """Do the action of the button that is pressed."""
 
     @group.on_click

@@ -18,10 +18,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-import pyarrow as pa
 import rerun as rr
 import rerun_bindings
-from rerun.chunk import RrdReader
 
 import fcw_viz.rerun.blueprint as scene
 from fcw.errors import UserError
@@ -197,24 +195,6 @@ class RerunSink:
     def _send_columns(self, path: str, times: list[rr.TimeColumn], columns: Columns) -> None:
         assert self._recording is not None
         self._recording.send_columns(path, times, columns, strict=True)
-
-
-def read_frame_times(path: Path) -> list[tuple[int, int]]:
-    """Index and time of every shown frame of a recording, also of one that was cut short.
-
-    Args:
-        path: an `.rrd` file of `RerunSink`.
-
-    Returns:
-        (index, time_ns) of each row in the file's order, the time on the source's clock.
-    """
-    times: list[tuple[int, int]] = []
-    for chunk in RrdReader(path).stream().filter(content=f"/{scene.FRAMES}"):
-        rows = chunk.to_record_batch()
-        indexes = rows.column(scene.FRAME_TIMELINE).cast(pa.int64()).to_pylist()
-        times_ns = rows.column(scene.TIME_TIMELINE).cast(pa.int64()).to_pylist()
-        times += zip(indexes, times_ns, strict=True)
-    return times
 
 
 def _abandon(recording: rr.RecordingStream) -> None:

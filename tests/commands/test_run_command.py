@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from drives.rrd_files import read_frame_times
 from mcap.reader import make_reader
 from running.programs import start_program
 from running.tiny_nets import write_quick_net
@@ -23,7 +24,6 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.sources import open_source
 from fcw_viz.cli import main
 from fcw_viz.commands.run.options import RunCommand, job_of
-from fcw_viz.rerun.log import read_frame_times
 
 CLIPS = (
     "kb_dashcam1",

@@ -22,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 sys.path.insert(0, str(Path(__file__).parents[2]))  # this checkout, whatever is installed
 
 import limits
+from drives.rrd_files import read_frame_times
 from fault_running import FCW, ROOT, Ended, Report, run, send, signal_troubles
 from review_drives import write_drive
 from training.pictures import write_drawn_set
@@ -31,7 +32,6 @@ from fcw.annotation.store import read_review
 from fcw.errors import UserError
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.mcap.recovery import recover
-from fcw_viz.rerun.log import read_frame_times
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 DRIVE_NAMES = {"drive.mcap", "drive.rrd", "summary.json"}

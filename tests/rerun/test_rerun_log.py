@@ -12,6 +12,7 @@ import av
 import numpy as np
 import pyarrow as pa
 import pytest
+from drives.rrd_files import read_frame_times
 from rerun.chunk import RrdReader
 from rerun_drives import (
     CALIBRATION,
@@ -40,7 +41,9 @@ from fcw.sources import open_source
 from fcw.warning.describe import describe
 from fcw_viz.rerun import blueprint as scene
 from fcw_viz.rerun import log as rerun_log
-from fcw_viz.rerun.log import FRAMES_PER_BATCH, RerunSink, read_frame_times
+from fcw_viz.rerun.log import FRAMES_PER_BATCH, RerunSink
+
+HERE = Path(__file__).parent
 
 
 def verify(path: Path) -> None:
@@ -158,7 +161,7 @@ def test_an_older_drive_stays_until_the_new_one_is_whole(tmp_path):
 def test_a_killed_run_leaves_all_but_the_last_batch_readable(tmp_path):
     script = f"""
 import os, sys, time, warnings
-sys.path[:0] = {[str(Path(__file__).parent), str(Path(__file__).parents[2])]!r}
+sys.path[:0] = {[str(HERE), str(HERE.parent / "helpers"), str(HERE.parents[1])]!r}
 from test_rerun_log import *
 sink = RerunSink(Path({str(tmp_path / "drive.rrd")!r}))
 sink.open(HEADER)

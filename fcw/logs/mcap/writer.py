@@ -54,7 +54,7 @@ class _Picture:
 
 
 class McapSink:
-    """Writes a drive as MCAP; an `fcw.logs.records.Sink`. `mcap_format` says what stands where.
+    """Writes a drive as MCAP; an `fcw.logs.records.Sink`. `fcw.logs.mcap.format` says what stands where.
 
     The file is written in place and has no footer before `close`: an unfinished log can be told from a
     finished one, and read up to where it ends. mcap's writer has one chunk open. It takes the signals, and
@@ -107,8 +107,8 @@ class McapSink:
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
         """Add a frame; indices and times must rise.
 
-        The operating system has it within `mcap_format.SIGNALS_CHUNK_NS` of the drive's time, and its
-        pictures within `mcap_format.PICTURES_CHUNK_NS`.
+        The operating system has it within `SIGNALS_CHUNK_NS` of the drive's time, and its
+        pictures within `PICTURES_CHUNK_NS`.
 
         Raises:
             UserError: the file cannot be written any further.

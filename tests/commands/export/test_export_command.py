@@ -18,6 +18,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from browser_page import PATIENCE_S
+from drives.rrd_files import read_frame_times
 from marked_drives import FRAMES, GREY, RATE_HZ, box_of, export, read_video
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
@@ -28,7 +29,6 @@ from fcw.logs.mcap.writer import McapSink
 from fcw.logs.overlay import LEVEL_COLORS
 from fcw.warning.types import WarningLevel
 from fcw_viz.cli import main
-from fcw_viz.rerun.log import read_frame_times
 
 MADE = {"rerun.controls.RowId", "RecordingInfo:start_time"}
 """What tells one recording from another of the same drive."""

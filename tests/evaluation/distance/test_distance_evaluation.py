@@ -4,12 +4,13 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from fcw.errors import UserError
-from fcw.evaluation.distance.cues import CUES
+from fcw.evaluation.distance.cues import Cue
 from fcw.evaluation.distance.kitti import (
     DistanceEvaluation,
     DistanceSample,
@@ -168,7 +169,7 @@ def test_where_there_is_no_sample_a_dash_is_printed(
     assert len(re.findall(r"^ *tracker: median( +-){5} *$", said, re.MULTILINE)) == 1
 
 
-@pytest.mark.parametrize("cue", CUES)
+@pytest.mark.parametrize("cue", get_args(Cue))
 def test_each_cue_can_be_left_out_and_its_absence_is_felt(approach: Path, cue) -> None:
     whole = evaluate_distance(approach, ["0000"], 2.0, seed=3)
     without = evaluate_distance(approach, ["0000"], 2.0, seed=3, without=[cue])

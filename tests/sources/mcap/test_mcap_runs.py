@@ -6,6 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from drives.rrd_files import read_frame_times
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_files import (
@@ -26,7 +27,6 @@ from fcw.camera.file import read_calibration, write_calibration
 from fcw.logs.mcap.reader import DriveLog
 from fcw.motion.state import SpeedSource
 from fcw_viz.cli import main
-from fcw_viz.rerun.log import read_frame_times
 
 pytestmark = pytest.mark.slow
 
