@@ -8,10 +8,10 @@ from fcw.logs.events import BLIND_AFTER_S, find_events
 from fcw.logs.records import MOMENTS, NOTHING_SEEN, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.motion.state import Mount, SpeedSource
+from fcw.units import NS_PER_S
 from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import WarningLevel
 
-NS_PER_S = 1_000_000_000
 LEVEL_NAMES = {level.name.lower() for level in WarningLevel if level > WarningLevel.NONE}
 SCALE_ABOVE_MPS = 3.0
 """Slower, speeds of both kinds are mostly their errors."""

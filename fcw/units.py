@@ -1,8 +1,9 @@
-"""How distances, speeds and pitches are written for a person, metric or imperial."""
+"""Units: their sizes, and how distances, speeds and pitches are written for a person, metric or imperial."""
 
 import math
 import re
 
+NS_PER_S = 1_000_000_000
 FEET_PER_METRE = 1 / 0.3048
 MPH_PER_MPS = 3600 / 1609.344
 KMH_PER_MPS = 3.6

@@ -31,7 +31,7 @@ from fcw.logs.overlay import (
 )
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.tracking.types import SeenBy, Track
-from fcw.units import FEET_PER_METRE, distance_text, speed_text
+from fcw.units import FEET_PER_METRE, NS_PER_S, distance_text, speed_text
 from fcw.warning.describe import describe
 from fcw.warning.types import WarningLevel
 
@@ -56,7 +56,6 @@ ROW_OPACITY = 0.5
 """The rows go over the vehicles: they must not hide a far one."""
 PATH_OPACITY = 0.6
 LONGEST_TTC_SHOWN_S = 10.0
-NS_PER_S = 1_000_000_000
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 _SHIFT = 4
 """Fractional bits of OpenCV's coordinates: a sixteenth of a pixel."""

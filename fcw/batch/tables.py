@@ -16,9 +16,9 @@ from fcw.files import check_kind, whole_files
 from fcw.logs.events import find_events, seen_s
 from fcw.logs.export.columns import EVENT_COLUMNS, NOTE_SEPARATOR, Column, EventRow
 from fcw.logs.export.table import fill_parquet
-from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
+from fcw.units import NS_PER_S
 
 EVENTS_NAME = "events.parquet"
 TABLE_NAMES = (EVENTS_NAME, DRIVES_NAME, REVIEW_LIST_NAME, FLEET_NAME)
@@ -227,7 +227,7 @@ class _Gathered:
         for one in judged:
             agreed = one.judgement.value if one.judgement else None
             verdict = "disagreed" if one.disagreement else agreed
-            times_ns = (start_ns + round(s * NANOSECONDS) for s in (one.event.start_s, one.event.end_s))
+            times_ns = (start_ns + round(s * NS_PER_S) for s in (one.event.start_s, one.event.end_s))
             span = chunks.span(*times_ns)
             place = None if track is None else track.place_at(one.event.peak_s)
             events.append(_Event(EventRow(record.name, one.event), verdict, record, version, span, place))

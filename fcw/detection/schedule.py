@@ -2,10 +2,11 @@
 
 import math
 
+from fcw.units import NS_PER_S
+
 DEFAULT_SEARCH_HZ = 0.0
 """Every picture. With 12 a second a run takes a quarter less time, but that nothing is lost by it could not
 be shown (docs/figures/speed.md, "Fewer searches")."""
-NS_PER_S = 1_000_000_000
 
 
 class SearchSchedule:

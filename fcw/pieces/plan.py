@@ -7,8 +7,7 @@ from itertools import pairwise
 from fcw.errors import UserError
 from fcw.frame import Frame, Source
 from fcw.sources.forwarding import ForwardingSource
-
-NS_PER_S = 1_000_000_000
+from fcw.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.lens.pixel_map import PixelMap
 from fcw.frame import Frame, ImageSize, Source, nothing_seen
 from fcw.sources.borders import LEAST_PART, UNEVEN_PART, Borders
-from fcw.sources.decoding import NANOSECONDS
 from fcw.sources.forwarding import ForwardingSource
+from fcw.units import NS_PER_S
 
 BLACK = 24
 """No pixel of a bar is brighter, of 256: an encoder rings beside the picture's edge."""
@@ -134,7 +134,7 @@ def _looks(source: Source) -> Iterator[NDArray[np.uint8]]:
         return
     yield first.image
     for look in range(1, LOOKS):
-        start_ns = first.time_ns + round(look / LOOKS * count / rate_hz * NANOSECONDS)
+        start_ns = first.time_ns + round(look / LOOKS * count / rate_hz * NS_PER_S)
         if (frame := next(source.frames(start_ns), None)) is not None:
             yield frame.image
 

@@ -20,8 +20,9 @@ from fcw.bounded.pictures import DECODER_OPTIONS
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.logs.decoded import bgr
-from fcw.sources.decoding import NANOSECONDS, to_ns
+from fcw.sources.decoding import to_ns
 from fcw.sources.orientation import orientation, squaring
+from fcw.units import NS_PER_S
 
 OPEN_TIMEOUT_S, READ_TIMEOUT_S = 10.0, 10.0
 RETURNS_WITHIN_S = 60.0
@@ -37,7 +38,7 @@ OWN_CLOCKS = ("rtsp", "mpegts", "flv", "hls", "video4linux2,v4l2", "avfoundation
 counts frames, and the arrival says more."""
 PLAYLISTS = ("hls", "dash")
 """Inputs whose size is that of a list, not of the drive."""
-CLOCK_SET_NS = NANOSECONDS
+CLOCK_SET_NS = NS_PER_S
 """A clock that goes back by more, or forward by so much more than the next picture took to come, was set
 anew, as by a time server: later times go on from the last one."""
 STRICT_OPTIONS = {"err_detect": "explode"}
@@ -242,9 +243,9 @@ class _Times:
         now_s = time.monotonic()
         if self._first_s is None:
             self._first_s = self._last_s = now_s
-        time_ns = round((now_s - self._first_s) * NANOSECONDS)
+        time_ns = round((now_s - self._first_s) * NS_PER_S)
         if self._own_clock and stamp_ns is not None:
-            passed_ns = round((now_s - self._last_s) * NANOSECONDS)
+            passed_ns = round((now_s - self._last_s) * NS_PER_S)
             goes_on_ns = max(self._last_ns, 0) + passed_ns
             time_ns = goes_on_ns if self._zero_ns is None else stamp_ns - self._zero_ns
             step_ns = time_ns - self._last_ns

@@ -18,8 +18,8 @@ from fcw.bounded.pictures import DECODER_OPTIONS, check_drive_size
 from fcw.errors import UserError
 from fcw.frame import VideoPacket
 from fcw.sources import h264
+from fcw.units import NS_PER_S
 
-NANOSECONDS = 1_000_000_000
 _SEEK_MARGINS_S = (0, 10)
 """Containers without an index are searched by bytes and land behind a keyframe: try again further ahead."""
 
@@ -139,7 +139,7 @@ class Decoding:
 def seek_before(container: InputContainer, stream: VideoStream, time_ns: int) -> bool:
     """Go to a packet from which the picture at `time_ns` can be decoded; False where none is found."""
     for margin_s in _SEEK_MARGINS_S:
-        target = to_pts(time_ns - margin_s * NANOSECONDS, stream)
+        target = to_pts(time_ns - margin_s * NS_PER_S, stream)
         try:
             container.seek(target, stream=stream)
             key = next((packet for packet in container.demux(stream) if packet.is_keyframe), None)
@@ -197,13 +197,13 @@ def is_plain_picture(annex_b: BitStreamFilterContext, packet: Packet) -> bool:
 def to_ns(pts: int, stream: VideoStream) -> int:
     """Stream ticks to the nearest nanosecond, in whole numbers."""
     num, den = _time_base(stream)
-    return (2 * pts * num * NANOSECONDS + den) // (2 * den)
+    return (2 * pts * num * NS_PER_S + den) // (2 * den)
 
 
 def to_pts(time_ns: int, stream: VideoStream) -> int:
     """The last stream tick at or before a time."""
     num, den = _time_base(stream)
-    return time_ns * den // (num * NANOSECONDS)
+    return time_ns * den // (num * NS_PER_S)
 
 
 def _time_base(stream: VideoStream) -> tuple[int, int]:

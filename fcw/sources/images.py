@@ -13,6 +13,7 @@ from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.pictures import read_picture
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
+from fcw.units import NS_PER_S
 
 VIDEO_SUFFIXES = frozenset({".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".ts", ".webm"})
 """By which a folder's videos are found; a video that is named may have any."""
@@ -22,7 +23,6 @@ KITTI_FOLDER_NAME = "data"
 DEFAULT_FRAME_RATE_HZ = 10.0
 """The rate of KITTI, the most used pictures of drives."""
 SLOWEST_HZ, FASTEST_HZ = 0.001, 10_000.0
-NANOSECONDS = 1_000_000_000
 
 
 class ImageFolderSource:
@@ -74,11 +74,11 @@ class ImageFolderSource:
             self._times_ns = _read_times(times_file, len(self._pictures))
             steps_ns = np.diff(self._times_ns)
             self.frame_rate_hz = (
-                NANOSECONDS / float(np.median(steps_ns)) if len(steps_ns) else DEFAULT_FRAME_RATE_HZ
+                NS_PER_S / float(np.median(steps_ns)) if len(steps_ns) else DEFAULT_FRAME_RATE_HZ
             )
         else:
             self.frame_rate_hz = frame_rate_hz or DEFAULT_FRAME_RATE_HZ
-            self._times_ns = [round(i * NANOSECONDS / self.frame_rate_hz) for i in range(len(self._pictures))]
+            self._times_ns = [round(i * NS_PER_S / self.frame_rate_hz) for i in range(len(self._pictures))]
             self._opening_notes = tuple(_missing(self.name, self._pictures))
             if frame_rate_hz is None and len(self._pictures) > 1:
                 self._opening_notes += (
@@ -210,7 +210,7 @@ def _parse_time(line: str) -> int | None:
     """A line of a file of times in nanoseconds, with no rounding through a float."""
     seconds = re.fullmatch(r"([0-9]{1,10})(?:\.([0-9]{1,9})[0-9]*)?", line)
     if seconds:
-        time_ns = int(seconds[1]) * NANOSECONDS + int((seconds[2] or "").ljust(9, "0"))
+        time_ns = int(seconds[1]) * NS_PER_S + int((seconds[2] or "").ljust(9, "0"))
         return time_ns if time_ns < 2**63 else None
     clock = re.fullmatch(
         r"([0-9]{4}-[0-9]{2}-[0-9]{2}[ T][0-9]{2}:[0-9]{2}:[0-9]{2})(?:\.([0-9]{1,9}))?", line
@@ -221,4 +221,4 @@ def _parse_time(line: str) -> int | None:
         whole = datetime.fromisoformat(clock[1]).replace(tzinfo=UTC)
     except ValueError:
         return None
-    return int(whole.timestamp()) * NANOSECONDS + int((clock[2] or "").ljust(9, "0"))
+    return int(whole.timestamp()) * NS_PER_S + int((clock[2] or "").ljust(9, "0"))

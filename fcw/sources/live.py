@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from fcw.clock import Clock
 from fcw.frame import Frame, Source
 from fcw.sources.forwarding import ForwardingSource
+from fcw.units import NS_PER_S
 
-NANOSECONDS = 1_000_000_000
 PATIENCE_S = 120.0
 """A source that gives nothing for so long is taken to be gone; a camera gives up sooner, with its reason."""
 LONGEST_WAIT_S = 2.0
@@ -157,7 +157,7 @@ class LiveSource(ForwardingSource):
             for frame in self._source.frames(start_ns):
                 if first_ns is None:
                     started_s, first_ns = self._clock.now_s(), frame.time_ns
-                self.duration_s = (frame.time_ns - first_ns) / NANOSECONDS
+                self.duration_s = (frame.time_ns - first_ns) / NS_PER_S
                 early_s = started_s + self.duration_s - self._clock.now_s()
                 if self._paced and early_s > 0:
                     started_s -= max(early_s - LONGEST_WAIT_S, 0.0)

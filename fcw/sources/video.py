@@ -17,7 +17,6 @@ from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.logs.decoded import bgr
 from fcw.sources.decoding import (
-    NANOSECONDS,
     Decoding,
     annex_b_filter,
     announced_packets,
@@ -27,6 +26,7 @@ from fcw.sources.decoding import (
     to_ns,
 )
 from fcw.sources.orientation import orientation, squaring
+from fcw.units import NS_PER_S
 
 FALLBACK_FRAME_RATE_HZ = 25.0
 """Only where a file states no rate that can be; frames keep their own times all the same."""
@@ -38,7 +38,7 @@ SHORTFALL_S = 1.0
 PICTURES_SHORTFALL_S, PICTURES_SHORTFALL_PERIODS = 0.2, 4
 """The same where the length of the pictures alone is stated: whole files end up to three of them before."""
 
-REORDERING_NS = NANOSECONDS
+REORDERING_NS = NS_PER_S
 """B frames stand a few pictures out of order in a file; a clock that steps back further starts anew."""
 
 
@@ -211,7 +211,7 @@ class VideoSource:
                 return
             decoding = Decoding(container, stream, relay=relays, sought=seek)
             # AVI has no presentation times; those that FFmpeg makes up are right only without reordering.
-            period_ns = round(NANOSECONDS / self.frame_rate_hz)
+            period_ns = round(NS_PER_S / self.frame_rate_hz)
             clock = _Clock(stream, period_ns, by_decoding=self._avi and not relays)
             index: int | None = None if seek else 0
             for picture in decoding.pictures():
@@ -288,9 +288,9 @@ def _stated_end(container: InputContainer, stream: VideoStream, period_ns: int) 
     """Where the file says that its pictures end: they themselves, or at least all that is in it."""
     own_ns = _clock_ns(stream.metadata.get("DURATION"))
     if own_ns is not None:
-        shortfall_ns = max(round(PICTURES_SHORTFALL_S * NANOSECONDS), PICTURES_SHORTFALL_PERIODS * period_ns)
+        shortfall_ns = max(round(PICTURES_SHORTFALL_S * NS_PER_S), PICTURES_SHORTFALL_PERIODS * period_ns)
         return _StatedEnd(own_ns, shortfall_ns)
-    shortfall_ns = round(SHORTFALL_S * NANOSECONDS)
+    shortfall_ns = round(SHORTFALL_S * NS_PER_S)
     if stream.duration is not None:
         return _StatedEnd(to_ns(stream.duration + (stream.start_time or 0), stream), shortfall_ns)
     if container.duration is None:
@@ -305,7 +305,7 @@ def _clock_ns(text: str | None) -> int | None:
     if parts is None:
         return None
     hours, minutes, seconds, nanoseconds = map(int, parts.groups())
-    return ((hours * 60 + minutes) * 60 + seconds) * NANOSECONDS + nanoseconds
+    return ((hours * 60 + minutes) * 60 + seconds) * NS_PER_S + nanoseconds
 
 
 def _pictures(count: int) -> str:
@@ -313,7 +313,7 @@ def _pictures(count: int) -> str:
 
 
 def _seconds(time_ns: int | None) -> str:
-    return "the start" if time_ns is None else f"{time_ns / NANOSECONDS:.3f} s"
+    return "the start" if time_ns is None else f"{time_ns / NS_PER_S:.3f} s"
 
 
 def _created_ns(text: str | None) -> int | None:
@@ -323,4 +323,4 @@ def _created_ns(text: str | None) -> int | None:
     except ValueError:
         return None
     created = created if created.tzinfo else created.replace(tzinfo=UTC)
-    return None if created.year < FIRST_YEAR else round(created.timestamp()) * NANOSECONDS
+    return None if created.year < FIRST_YEAR else round(created.timestamp()) * NS_PER_S

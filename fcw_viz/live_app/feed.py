@@ -12,10 +12,10 @@ from fcw.frame import VideoPacket
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.series import DriveSeries, SeriesBuilder
 from fcw.sources.live import LiveSource
+from fcw.units import NS_PER_S
 
 HISTORY_S = 30.0
 """How far back the plots reach."""
-NANOSECONDS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ class LiveFeed:
             if not self._history:
                 self._first_ns = result.time_ns
             self._history.append(result)
-            while result.time_ns - self._history[0].time_ns > HISTORY_S * NANOSECONDS:
+            while result.time_ns - self._history[0].time_ns > HISTORY_S * NS_PER_S:
                 self._history.popleft()
             if capture is not None:
                 self._latest = Moment(result, capture.image, capture.captured_s, found_s)

@@ -10,7 +10,8 @@ from fcw.charts.svg import css_color
 from fcw.logs.overlay import LEVEL_COLORS
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.series import DriveSeries
-from fcw_viz.live_app.feed import HISTORY_S, NANOSECONDS
+from fcw.units import NS_PER_S
+from fcw_viz.live_app.feed import HISTORY_S
 from fcw_viz.live_app.latency import LatencyFigures
 from fcw_viz.page.channel import says, says_size
 from fcw_viz.page.keys import help_table
@@ -59,7 +60,7 @@ class History:
     @property
     def last_s(self) -> float:
         """Time of the last frame."""
-        return (int(self.series.time_ns[-1]) - self.first_ns) / NANOSECONDS
+        return (int(self.series.time_ns[-1]) - self.first_ns) / NS_PER_S
 
 
 class LivePanels:

@@ -9,9 +9,10 @@ from html import escape
 import viser
 
 from fcw.frame import ImageSize
+from fcw.units import NS_PER_S
 from fcw_viz.live_app.age import PictureAge
 from fcw_viz.live_app.alarm import Alarm
-from fcw_viz.live_app.feed import NANOSECONDS, LiveFeed, Moment
+from fcw_viz.live_app.feed import LiveFeed, Moment
 from fcw_viz.live_app.latency import LatencyMeter
 from fcw_viz.live_app.panels import History, LivePanels
 from fcw_viz.overlay import OverlayPainter
@@ -196,7 +197,7 @@ class LiveTab(PageTab):
         header, feed = self._feed.header, self._feed
         if header is not None:
             self._words_s = time.monotonic()
-            time_s = (moment.result.time_ns - feed.first_ns) / NANOSECONDS
+            time_s = (moment.result.time_ns - feed.first_ns) / NS_PER_S
             self._panels.show_result(moment.result, header, time_s, feed.dropped, self.latency.figures)
 
     def _was_drawn(self, about: str) -> None:

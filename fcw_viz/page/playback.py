@@ -7,6 +7,7 @@ from collections.abc import Callable
 from fcw.clock import Clock
 from fcw.errors import UserError
 from fcw.frame import Frame
+from fcw.units import NS_PER_S
 from fcw_viz.page.pictures import Pictures
 
 LARGEST_LAG_S = 0.4
@@ -14,7 +15,6 @@ LARGEST_LAG_S = 0.4
 is shown in this time."""
 LONGEST_GAP_S = 2.0
 """Of a drive, that is waited for: its stamps may have one of hours."""
-NANOSECONDS = 1_000_000_000
 
 _log = logging.getLogger(__name__)
 
@@ -125,7 +125,7 @@ class Playback(PlayingThread):
             if first_ns is None:
                 first_ns = frame.time_ns
                 started_s = shown_s = clock.now_s()  # opening the file takes none of the drive's time
-            due_s = started_s + (frame.time_ns - first_ns) / NANOSECONDS / speed
+            due_s = started_s + (frame.time_ns - first_ns) / NS_PER_S / speed
             if (skipped_s := due_s - clock.now_s() - longest_s) > 0:
                 started_s, due_s = started_s - skipped_s, due_s - skipped_s
             clock.wait_s(max(0.0, due_s - clock.now_s()), stop)

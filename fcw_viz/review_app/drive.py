@@ -18,8 +18,8 @@ from fcw.logs.pictures import LogPictures
 from fcw.logs.records import DriveHeader
 from fcw.logs.run_notes import notes_of_run
 from fcw.logs.series import DriveSeries
+from fcw.units import NS_PER_S
 
-NS_PER_S = 1_000_000_000
 LOGGER = logging.getLogger(__name__)
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from fcw.frame import Frame
 from fcw.logs.encode import VideoEncoder
-from fcw.logs.export.clip import NS_PER_S, DriveClip
+from fcw.logs.export.clip import DriveClip
 from fcw.logs.export.replay import replay, with_its_keyframe
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import Sink
+from fcw.units import NS_PER_S
 from fcw_viz.console import SILENT
 from fcw_viz.jobs.export import ExportJob, run_export_job
 from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer

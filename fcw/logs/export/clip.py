@@ -16,8 +16,8 @@ from fcw.logs.drive_folder import EARLIER_PREFIX
 from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import FAILED_MCAP_NAME, MCAP_NAME
 from fcw.logs.records import FrameResult
+from fcw.units import NS_PER_S
 
-NS_PER_S = 1_000_000_000
 LONGEST_S = 1e9
 """Thirty years; their nanoseconds still fit into 64 bits."""
 

@@ -13,9 +13,10 @@ from fcw.errors import UserError
 from fcw.files import whole_file
 from fcw.frame import Frame, VideoPacket
 from fcw.logs.encode import VideoEncoder
-from fcw.logs.export.clip import NS_PER_S, DriveClip
+from fcw.logs.export.clip import DriveClip
 from fcw.logs.pictures import LogPictures
 from fcw.logs.records import FrameResult
+from fcw.units import NS_PER_S
 
 Draw = Callable[[NDArray[np.uint8], FrameResult], None]
 """Draws over a (height, width, 3) BGR picture, in place."""

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fcw.logs.export.clip import NS_PER_S, DriveClip
+from fcw.logs.export.clip import DriveClip
 from fcw.logs.records import Sink
+from fcw.units import NS_PER_S
 
 
 def with_its_keyframe(clip: DriveClip) -> tuple[DriveClip, float]:

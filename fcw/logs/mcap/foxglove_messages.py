@@ -40,6 +40,7 @@ from fcw.logs.overlay import (
 )
 from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
+from fcw.units import NS_PER_S
 from fcw.warning.describe import describe
 from fcw.warning.types import WarningLevel
 
@@ -52,7 +53,6 @@ THIN_LINE_PX, LINE_PX, LEAD_LINE_PX = 1.0, 2.0, 3.0
 SCENE_FONT_PX = 14.0
 STEPS_PER_PX, STEPS_PER_M = 16, 1024
 """How finely things are drawn: farther digits cannot be seen, and do not compress."""
-NANOSECONDS = 1_000_000_000
 _LOG_LEVELS = {
     WarningLevel.NONE: Log.INFO,
     WarningLevel.ADVISORY: Log.INFO,
@@ -64,7 +64,7 @@ _NO_ROTATION = Quaternion(x=0, y=0, z=0, w=1)
 
 def timestamp(time_ns: int) -> Timestamp:
     """A time of at least 0 as a protobuf time."""
-    return Timestamp(seconds=time_ns // NANOSECONDS, nanos=time_ns % NANOSECONDS)
+    return Timestamp(seconds=time_ns // NS_PER_S, nanos=time_ns % NS_PER_S)
 
 
 def video_message(data: bytes, stamp: Timestamp) -> CompressedVideo:

@@ -21,12 +21,12 @@ from fcw.errors import UserError
 from fcw.frame import VideoPacket
 from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap.chunks import DAMAGED, ChunkTable, indexed_chunks, scanned_chunks, stored_attachment
-from fcw.logs.mcap.foxglove_messages import NANOSECONDS
 from fcw.logs.mcap.messages import result_from_message
 from fcw.logs.names import mcap_path, recovered_log
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.logs.series import DriveSeries, SeriesBuilder
+from fcw.units import NS_PER_S
 
 
 def read_drive(drive: Path | str) -> "DriveLog":
@@ -89,13 +89,13 @@ class DriveLog:
         if start_ns is None:
             return (f"{torn}; no frame can be read",)
         signals_s, pictures_s = (
-            ((self.chunks.end_ns(topic) or start_ns) - start_ns) / NANOSECONDS
+            ((self.chunks.end_ns(topic) or start_ns) - start_ns) / NS_PER_S
             for topic in (mcap.RESULT_TOPIC, mcap.VIDEO_TOPIC)
         )
         return (
             f"{torn}; signals can be read up to {signals_s:.2f} s, pictures up to {pictures_s:.2f} s. "
-            f"Lost is what came after: at most {mcap.SIGNALS_CHUNK_NS / NANOSECONDS:g} s of signals and "
-            f"{mcap.PICTURES_CHUNK_NS / NANOSECONDS:g} s of pictures. "
+            f"Lost is what came after: at most {mcap.SIGNALS_CHUNK_NS / NS_PER_S:g} s of signals and "
+            f"{mcap.PICTURES_CHUNK_NS / NS_PER_S:g} s of pictures. "
             f"{self._recovery}",
         )
 
@@ -134,7 +134,7 @@ class DriveLog:
             return None
         first_ns = int(self.series().time_ns[0])
         begins_ns = first_ns if header.gpx_begins_ns is None else header.gpx_begins_ns
-        return parse_gpx(header.gpx, f"{self.path}: its track").later((begins_ns - first_ns) / NANOSECONDS)
+        return parse_gpx(header.gpx, f"{self.path}: its track").later((begins_ns - first_ns) / NS_PER_S)
 
     def results(self, start_ns: int | None = None, end_ns: int | None = None) -> Iterator[FrameResult]:
         """Results of the frames at times in [start_ns, end_ns), in order; all by default.

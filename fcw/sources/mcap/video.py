@@ -17,8 +17,8 @@ from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, VideoPacket
 from fcw.logs.decoded import bgr
 from fcw.sources import h264
+from fcw.units import NS_PER_S
 
-NANOSECONDS = 1_000_000_000
 FALLBACK_FRAME_RATE_HZ = 25.0
 """Only for a single picture; frames keep their own times all the same."""
 
@@ -218,7 +218,7 @@ class PacketVideoSource:
 def frame_rate_hz(times_ns: NDArray[np.int64]) -> float:
     """Pictures per second from the median step of rising times."""
     steps_ns = np.diff(times_ns)
-    return NANOSECONDS / float(np.median(steps_ns)) if len(steps_ns) else FALLBACK_FRAME_RATE_HZ
+    return NS_PER_S / float(np.median(steps_ns)) if len(steps_ns) else FALLBACK_FRAME_RATE_HZ
 
 
 def _even(size: ImageSize) -> ImageSize:

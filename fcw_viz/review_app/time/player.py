@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcw.clock import Clock
-from fcw_viz.page.playback import LONGEST_GAP_S, NANOSECONDS, PlayingThread
+from fcw.units import NS_PER_S
+from fcw_viz.page.playback import LONGEST_GAP_S, PlayingThread
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 """Seconds of the drive for each second."""
@@ -71,14 +72,14 @@ class Player(PlayingThread):
         row = min(start_index, last)
         started_s, first_ns = clock.now_s(), int(times_ns[row])
         while row < last:
-            next_due_s = started_s + (int(times_ns[row + 1]) - first_ns) / NANOSECONDS / speed
+            next_due_s = started_s + (int(times_ns[row + 1]) - first_ns) / NS_PER_S / speed
             if (skipped_s := next_due_s - clock.now_s() - LONGEST_GAP_S / speed) > 0:
                 started_s, next_due_s = started_s - skipped_s, next_due_s - skipped_s
             clock.wait_s(max(next_due_s - clock.now_s(), 0.0), stop)
             self._ready(stop)
             if stop.is_set():
                 return
-            due_ns = first_ns + (clock.now_s() - started_s) * speed * NANOSECONDS
+            due_ns = first_ns + (clock.now_s() - started_s) * speed * NS_PER_S
             # The clock may wait a trifle less than it was told to.
             due = int(np.searchsorted(times_ns, due_ns, side="right")) - 1
             row = min(max(due, row + 1), last)

@@ -7,9 +7,10 @@ from html import escape
 import viser
 
 from fcw.annotation.review import Review
+from fcw.units import NS_PER_S
 from fcw_viz.page.channel import chooses, leads_to, says, says_size, slides, slides_along
 from fcw_viz.page.style import set_html
-from fcw_viz.review_app.drive import NS_PER_S, Drive, time_text, utc_text
+from fcw_viz.review_app.drive import Drive, time_text, utc_text
 from fcw_viz.review_app.plots.area import figures_html, plots_html
 from fcw_viz.review_app.plots.choice import PLACE as PLOTS_PLACE
 from fcw_viz.review_app.plots.plot import Plot, make_plots, wanted_px
