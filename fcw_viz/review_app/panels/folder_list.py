@@ -167,7 +167,8 @@ def _row(card: DriveCard, axis_px: float, asked: DriveFilter, shows_file: bool) 
     if card.trouble:
         return (
             f'<div class="fcw-row still" {is_item(card.name, False)}><div class="fcw-thumb">?</div>'
-            f"<header><b>{escape(card.name)}</b></header><div>{escape(card.trouble)}</div></div>"
+            f"<div><header><b>{escape(card.name)}</b></header>"
+            f'<p class="fcw-told">{escape(card.trouble)}</p></div></div>'
         )
     if not card.read:
         return (

@@ -27,7 +27,8 @@ def unfinished_html(records: Sequence[Record]) -> str:
     return "".join(
         f'<div class="fcw-row still calm" {is_item(record.name, False)}><div class="fcw-thumb">!</div>'
         f"<div><header><b>{escape(record.name)}</b><span>{escape(record.camera)}</span>"
-        f"<span>{escape(record.state.value)}</span></header><div>{escape(record.reason)}</div></div></div>"
+        f"<span>{escape(record.state.value)}</span></header>"
+        f'<p class="fcw-told">{escape(record.reason)}</p></div></div>'
         for record in records
     )
 

@@ -163,3 +163,15 @@ def test_the_canvas_fills_its_place_also_when_it_was_only_right_between_two_fram
     page = open_page(review({"made": drive_log}).url).page
     page.evaluate(STALE_SIZE)
     wait_for(lambda: page.evaluate(CANVAS_FILLS_ITS_PLACE))
+
+
+def test_in_a_narrow_window_the_reason_why_a_drive_is_not_shown_is_as_wide_as_its_row(
+    drives: dict[str, Path], review: Review, open_page: OpenPage, wait_for: WaitFor, tmp_path: Path
+):
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(b"no log")
+    page = open_page(review(drives | {"torn": torn}).url, window_px=(390, 844), picture=False).page
+    wait_for(lambda: page.locator(".fcw-row.still .fcw-told").count() == 1)
+    row = page.evaluate(RECTANGLE, ".fcw-row.still")
+    reason = page.evaluate(RECTANGLE, ".fcw-row.still .fcw-told")
+    assert reason[2] - reason[0] > 0.9 * (row[2] - row[0])
