@@ -112,11 +112,11 @@ class Ledger:
         records = [one for one in read if one.state is not State.DONE or self._has_its_log(one)]
         self.finished = {record.name: record for record in records if record.state is State.DONE}
         self._known = {record.identity: record for record in records}
-        self._names: dict[tuple[str, str], list[str]] = {}
-        for name, record in self.finished.items():
-            self._names.setdefault((record.source, record.content), []).append(name)
+        self._alike: dict[str, list[Record]] = {}
+        for record in self.finished.values():
+            self._alike.setdefault(record.content, []).append(record)
         failed = [record for record in records if record.state is State.FAILED]
-        self._failed = {mark for record in failed for mark in (record.identity, record.source)}
+        self._failed = {mark for one in failed for mark in (one.identity, one.source, one.content)} - {""}
         self._ran = _ran(out / MANIFEST_NAME)
 
     def folder(self, name: str) -> Path:
@@ -128,12 +128,30 @@ class Ledger:
         return self._known.get(identity.key)
 
     def names_of(self, source: str, content: str) -> tuple[str, ...]:
-        """Under which a drive of these pictures was finished, with whatever calibration and options."""
-        return tuple(self._names.get((source, content), ()))
+        """Under which a drive of these pictures was finished, with whatever calibration and options.
+
+        At the place where it lies first, then wherever it is gone from: it was moved, and counts once.
+        """
+        alike = self._alike.get(content, [])
+        here = [record.name for record in alike if record.source == source]
+        gone = [record.name for record in alike if record.source != source and _is_gone(record.source)]
+        return (*here, *gone)
 
     def has_failed(self, identity: Identity, source: str) -> bool:
-        """Whether a drive failed earlier, as it is or before it was mended."""
-        return not self._failed.isdisjoint((identity.key, source))
+        """Whether a drive failed earlier, as it is, or before it was mended or moved."""
+        return not self._failed.isdisjoint((identity.key, identity.content, source))
+
+    def note_places(self, records: Iterable[Record]) -> None:
+        """Note of drives that were moved where they lie now, for later batches and the review page.
+
+        Raises:
+            UserError: it cannot be written.
+        """
+        for record in records:
+            known = self._known.get(record.identity)
+            if known is not None and known.source != record.source and _is_gone(known.source):
+                moved = replace(known, source=record.source, camera=record.camera)
+                write_record(moved, self.folder(known.name))
 
     def write_manifest(self, records: Iterable[Record], identities: dict[str, Identity]) -> None:
         """What ran, with which version, calibration and model, and what came of it.
@@ -155,6 +173,11 @@ class Ledger:
         except OSError:
             return record.log_bytes > 0 and not record.events
         return size == record.log_bytes or not record.log_bytes
+
+
+def _is_gone(source: str) -> bool:
+    """Whether a file of this machine is no longer where it was; one in a store is not looked for."""
+    return "://" not in source and not Path(source).exists()
 
 
 def write_record(record: Record, folder: Path) -> None:

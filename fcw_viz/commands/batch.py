@@ -118,6 +118,7 @@ def run_batch(command: BatchCommand) -> int:
         plan = plan_batch(
             drives, options, ledger, command.retry, bar.advance, command.piece_minutes * 60 or None
         )
+    ledger.note_places(plan.records)
     records = {record.name: record for record in plan.records}
     records |= {task.drive.name: task.record(State.LOST, "the batch was stopped") for task in plan.tasks}
     interrupted = False

@@ -63,6 +63,38 @@ def test_a_drive_is_known_by_its_content_under_any_name(drives):
     assert {record.name: Path(record.source).name for record in again.records} == {"a": "c.mp4", "b": "b.mp4"}
 
 
+def move_away(drives: Path) -> Path:
+    """Another folder with the drives, of which a has another name there."""
+    moved = drives.rename(drives.with_name("moved"))
+    for path in sorted(moved.glob("a.*")):
+        path.rename(moved / path.name.replace("a.", "c.", 1))
+    return moved
+
+
+def test_a_drive_that_was_moved_is_listed_where_it_lies_also_by_later_batches(drives):
+    end(plan(drives), State.DONE)
+    moved = move_away(drives)
+    Ledger(moved.parent / "out").note_places(plan(moved).records)
+    told = {name: record.source for name, record in Ledger(moved.parent / "out").finished.items()}
+    assert told == {"a": str(moved / "c.mp4"), "b": str(moved / "b.mp4")}
+
+
+def test_a_drive_that_was_moved_and_is_run_anew_counts_once(drives):
+    end(plan(drives), State.DONE)
+    moved = move_away(drives)
+    assert names(plan(moved, replace(OPTIONS, detector="acf"))) == ["b", "a"]
+    # Of two folders that are there each has its own, by whichever calibration.
+    (moved / "c.calibration.yaml").write_text("another calibration")
+    drives.mkdir()
+    (drives / "a.mp4").write_bytes(b"a")
+    assert names(plan(moved)) == ["c"]
+
+
+def test_retry_runs_what_failed_also_when_it_was_moved_meanwhile(drives):
+    end(plan(drives), State.FAILED, "a.mp4: several topics; name one with --topic")
+    assert names(plan(move_away(drives), replace(OPTIONS, detector="acf"), retry=True)) == ["b", "c"]
+
+
 def test_a_new_drive_does_not_take_the_folder_of_one_that_was_renamed(drives):
     end(plan(drives), State.DONE)
     for path in sorted(drives.glob("a.*")):
