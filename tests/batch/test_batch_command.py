@@ -287,6 +287,11 @@ def test_a_second_folder_adds_to_the_tables_and_a_busy_drive_is_left_alone(drive
     lock.close()
     code, records = batch(others, "--out", out, "--scheduler", scheduler)
     assert (code, records[name]["state"]) == (0, "done")
+    # Once a batch has seen where the drive was moved to, each later one says so.
+    for folder in (others.rename(tmp_path / "moved"), drives):
+        assert batch(folder, "--out", out, "--scheduler", scheduler)[0] == 0
+    table = pq.read_table(out / "events.parquet").to_pylist()
+    assert {Path(event["source"]).parent.name for event in table if event["drive"] == name} == {"moved"}
 
 
 def test_what_cannot_be_is_refused(tmp_path, capsys):
