@@ -121,11 +121,20 @@ def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str
                 "none is used: give it with --ego-speed",
             )
         if topics:
-            speed, strays = _speeds(file, topics[0], speed_of, stamps)
+            speed, strays, beyond = _speeds(file, topics[0], speed_of, stamps)
             if speed is not None and (kind == RESULT_TYPE or any(speed.speeds_mps)):
+                label = f"{file.path.name}: {topics[0]}"
                 notes += (f"{file.path.name}: own speed from {topics[0]} ({kind})",)
-                return speed, (*notes, *stray_notes(f"{file.path.name}: {topics[0]}", strays, "message"))
-            if speed is not None:
+                if beyond:
+                    notes += (f"{label}: {beyond} of its speeds, beyond {HIGHEST_SPEED_MPS:g} m/s, left out",)
+                return speed, (*notes, *stray_notes(label, strays, "message"))
+            if beyond and speed is None:
+                notes += (
+                    f"{file.path.name}: the own speed in {topics[0]} ({kind}) is beyond "
+                    f"{HIGHEST_SPEED_MPS:g} m/s throughout: it is not used; "
+                    "if it is in km/h, give it with --ego-speed in m/s",
+                )
+            elif speed is not None:
                 # Who knows only places leaves the speed empty; if we stood, nothing would be warned of.
                 notes += (
                     f"{file.path.name}: the own speed in {topics[0]} ({kind}) is 0 throughout, as where "
@@ -136,20 +145,21 @@ def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str
 
 def _speeds(
     file: McapFile, topic: str, speed_of: Callable[[Any], float], stamps: bool
-) -> tuple[EgoSpeed | None, int]:
-    """The speeds of a topic in the order of their times, and how many stamps of it are stray."""
+) -> tuple[EgoSpeed | None, int, int]:
+    """The speeds of a topic in the order of their times; how many stamps are stray; how many no car's."""
     speeds_mps: dict[float, float] = {}
-    strays = 0
+    strays = beyond = 0
     for message, time_ns, stray in Clock(stamps, 0).timed(file.messages([topic])):
         speed_mps = message.read(lambda content: float(speed_of(content)))
         if speed_mps is None or not 0 <= speed_mps <= HIGHEST_SPEED_MPS:
+            beyond += speed_mps is not None and speed_mps > HIGHEST_SPEED_MPS
             continue
         speeds_mps.setdefault(time_ns / 1e9, speed_mps)
         strays += stray
     if not speeds_mps:
-        return None, strays
+        return None, strays, beyond
     times_s = sorted(speeds_mps)
-    return EgoSpeed(tuple(times_s), tuple(speeds_mps[time_s] for time_s in times_s)), strays
+    return EgoSpeed(tuple(times_s), tuple(speeds_mps[time_s] for time_s in times_s)), strays, beyond
 
 
 def _field_of_view(file: McapFile, pictures: Topic) -> tuple[float | None, str]:

@@ -60,6 +60,22 @@ def test_after_one_that_is_0_throughout_the_next_kind_is_asked(tmp_path: Path) -
     assert found.notes[1] == TWIST_NOTE
 
 
+def test_speeds_beyond_any_cars_are_left_out_and_counted(tmp_path: Path) -> None:
+    found = facts(tmp_path, [twist(number, 300.0 if number == 4 else 20.0) for number in range(10)])
+    assert found.ego_speed is not None
+    assert set(found.ego_speed.speeds_mps) == {20.0}
+    assert found.notes == (TWIST_NOTE, "drive.mcap: /twist: 1 of its speeds, beyond 70 m/s, left out")
+
+
+def test_a_speed_that_is_beyond_any_cars_throughout_is_said_not_to_be_used(tmp_path: Path) -> None:
+    found = facts(tmp_path, [twist(number, 90.0) for number in range(10)])
+    assert found.ego_speed is None
+    assert found.notes == (
+        "drive.mcap: the own speed in /twist (geometry_msgs/TwistStamped) is beyond 70 m/s throughout: it is "
+        "not used; if it is in km/h, give it with --ego-speed in m/s",
+    )
+
+
 def _with_covariance(message: Message) -> Message:
     topic, _, log_ns, stamped = message
     twist = SimpleNamespace(twist=stamped.twist, covariance=[0.0] * 36)
