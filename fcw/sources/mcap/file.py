@@ -54,12 +54,14 @@ class Topic:
         type: name of its messages' schema, without the `/msg/` that ROS 2 puts in.
         readable: whether there is a decoder for its encoding: protobuf, or ROS 2's CDR.
         count: number of its messages; None where the file does not say.
+        encoding: of its messages, and that of their schema, as the file has them.
     """
 
     name: str
     type: str
     readable: bool
     count: int | None
+    encoding: str = ""
 
     def __str__(self) -> str:
         return f"{self.name} ({self.type})"
@@ -202,6 +204,7 @@ class McapFile:
                 schema.name.replace("/msg/", "/") if schema else "no schema",
                 _decoder(_decoders(), channel, schema) is not None,
                 count if counts else None,
+                f"{channel.message_encoding or 'nothing'} with {(schema and schema.encoding) or 'no schema'}",
             )
         self.topics = tuple(sorted(topics.values(), key=lambda topic: topic.name))
 

@@ -42,14 +42,17 @@ class McapImageSource:
         self._table_ns: NDArray[np.int64] | None = None
         beginning: list[int] = []
         size: ImageSize | None = None
+        stated = ""
         for message, time_ns, _ in islice(self._clock.timed(file.messages([topic.name])), RATE_PICTURES):
             beginning.append(time_ns)
+            stated = stated or message.read(lambda content: str(content.format)) or ""
             if size is None and (image := self._image(message)) is not None:
                 size = _size(image)
         if size is None:
             raise UserError(
-                f"{self._label}: none of its first {RATE_PICTURES} pictures can be decoded; expected "
-                "pictures such as JPEG, PNG or WebP"
+                f"{self._label}: none of its first {RATE_PICTURES} pictures can be decoded"
+                + (f" (they state the format {stated[:40]!r})" if stated else "")
+                + "; expected pictures such as JPEG, PNG or WebP"
             )
         self.image_size = size
         self.frame_rate_hz = frame_rate_hz(np.unique(np.maximum.accumulate(np.array(beginning, np.int64))))

@@ -20,6 +20,8 @@ from fcw.sources.mcap.video import PacketVideoSource, counted
 
 OWN_LOG_TYPE = "fcw.VideoPacket"
 """Only this program's logs say of each packet whether it is shown."""
+READ_ENCODINGS = ("protobuf with protobuf", "cdr with ros2msg")
+"""Of messages, with those of their schemas."""
 
 
 def open_mcap(path: Path, topic: str | None = None) -> Source:
@@ -62,30 +64,42 @@ def picture_topic(file: McapFile, name: str | None) -> Topic:
     Raises:
         UserError: see `open_mcap`.
     """
-    pictures = [topic for topic in file.topics if topic.type in PICTURE_TYPES and topic.readable]
-    listed = "; ".join(map(str, pictures))
+    pictures = [topic for topic in file.topics if topic.type in PICTURE_TYPES]
+    readable = [topic for topic in pictures if topic.readable]
     if name is not None:
-        found = next((topic for topic in pictures if topic.name == name), None)
+        found = next((topic for topic in file.topics if topic.name == name), None)
         if found is None:
-            other = next((topic for topic in file.topics if topic.name == name), None)
-            what = "no such topic" if other is None else f"a topic of {other.type}, which are no pictures"
-            has = f"expected one of: {listed}" if pictures else "the file has no topic of pictures"
-            raise UserError(f"{file.path}: --topic {name}: {what}; {has}")
-        return found
+            what = "no such topic"
+        elif found in readable:
+            return found
+        else:
+            no_pictures = f"a topic of {found.type}, which are no pictures"
+            what = _unreadable(found) if found in pictures else no_pictures
+        has = f"expected one of: {'; '.join(map(str, readable))}" if readable else "the file has no other"
+        raise UserError(f"{file.path}: --topic {name}: {what}; {has}")
     filled = [topic for topic in pictures if topic.count != 0]
-    if len(filled) == 1:
-        return filled[0]
-    if filled:
+    if len(filled) > 1:
         raise UserError(
             f"{file.path}: several topics of pictures: {'; '.join(map(str, filled))}; "
             "name the camera that looks ahead with --topic"
         )
+    if filled:
+        if not filled[0].readable:
+            raise UserError(f"{file.path}: {filled[0]}: {_unreadable(filled[0])}")
+        return filled[0]
     held = "; ".join(map(str, file.topics)) or "nothing"
     raise UserError(
         f"{file.path}: no topic of pictures; expected {', '.join(VIDEO_TYPES[:1])}, "
         "foxglove.CompressedImage, foxglove.RawImage (protobuf), sensor_msgs/CompressedImage or "
         f"sensor_msgs/Image (ROS 2); it holds: {held}"
     )
+
+
+def _unreadable(topic: Topic) -> str:
+    """Why a topic's messages cannot be read."""
+    if topic.encoding in READ_ENCODINGS:
+        return f"the schema of its messages ({topic.encoding}) is damaged; record or convert it again"
+    return f"its messages are {topic.encoding}; expected {' or '.join(READ_ENCODINGS)}: convert it first"
 
 
 def _codec(file: McapFile, topic: Topic) -> str:
