@@ -28,6 +28,7 @@ from fcw.logs.overlay import (
     overlay_path,
     overlay_rows,
     own_speed_text,
+    pitch_now,
 )
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.tracking.types import SeenBy, Track
@@ -130,14 +131,8 @@ class OverlayPainter:
         self._size, self._imperial, self._first_ns = header.image_size, header.imperial, first_ns
         self._letter_px = max(self._size.height * LETTER_PART, SMALLEST_LETTER_PX)
         self._calibration = header.calibration
-        rows = overlay_rows(header.calibration, header.imperial)
-        left, right = -0.5, self._size.width - 0.5
-        self._row_strokes = tuple(
-            Stroke(((left, row.row_px), (right, row.row_px)), False, ROW_COLOR, 1.0, ROW_OPACITY)
-            for row in rows
-        )
         self._small_letter_px = max(self._letter_px * SMALL_LETTER_PART, SMALLEST_LETTER_PX)
-        self._row_words = self._words_of_rows(rows)
+        self._rows: tuple[float, FrameOverlay] | None = None
 
     def overlay(self, result: FrameResult) -> FrameOverlay:
         """What is drawn over a frame."""
@@ -158,9 +153,8 @@ class OverlayPainter:
         )
         status, banner = self._status(result), (self._banner(result),) if self._has_banner else ()
         labels = self._labels(result, (*banner, *status))
-        return FrameOverlay(
-            (*self._row_strokes, *path, *outlines), (*self._row_words, *labels, *status, *banner)
-        )
+        rows = self._rows_at(pitch_now(self._calibration, result))
+        return FrameOverlay((*rows.strokes, *path, *outlines), (*rows.words, *labels, *status, *banner))
 
     def paint(self, image: NDArray[np.uint8], result: FrameResult) -> None:
         """Draw over a frame's picture, (height, width, 3) BGR, in place."""
@@ -170,6 +164,19 @@ class OverlayPainter:
         if coasting or not drawn.told:
             return THIN_LINE_PX
         return max(self._size.height * (LEAD_LINE_PART if drawn.is_lead else LINE_PART), THIN_LINE_PX)
+
+    def _rows_at(self, pitch_rad: float) -> FrameOverlay:
+        """The distances of the road, where a camera of that pitch sees them."""
+        known = self._rows  # of all threads
+        if known is not None and known[0] == pitch_rad:
+            return known[1]
+        rows = overlay_rows(self._calibration, self._imperial, pitch_rad)
+        ends = -0.5, self._size.width - 0.5
+        lines = (tuple((end, row.row_px) for end in ends) for row in rows)
+        strokes = tuple(Stroke(line, False, ROW_COLOR, 1.0, ROW_OPACITY) for line in lines)
+        drawn = FrameOverlay(strokes, self._words_of_rows(rows))
+        self._rows = pitch_rad, drawn
+        return drawn
 
     def _words_of_rows(self, rows: Sequence[OverlayRow]) -> tuple[Words, ...]:
         """The distances of the rows, near ones first; a far one that would be over another is left out."""

@@ -14,9 +14,9 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.frame import ImageSize
-from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, overlay_rows
+from fcw.logs.overlay import LEVEL_COLORS, OTHER_TRACK_COLOR, ROW_COLOR, OverlayRow, overlay_rows
 from fcw.logs.records import DriveHeader, FrameResult
-from fcw.motion.state import OwnPath
+from fcw.motion.state import Mount, OwnMotion, OwnPath
 from fcw.tracking.types import SeenBy, Track
 from fcw.warning.types import WarningLevel, WarningState
 from fcw_viz.overlay import OverlayPainter, Words, paint, vehicle_facts, vehicle_words
@@ -92,6 +92,21 @@ def test_distance_rows_are_drawn_where_the_calibration_has_them() -> None:
         strength = np.abs(image[start : start + 5, 1000].astype(float) - 90).sum(axis=1)
         assert start + (strength * np.arange(5)).sum() / strength.sum() == pytest.approx(row.row_px, abs=0.2)
         assert changed[round(row.row_px)]
+
+
+def test_distance_rows_go_with_the_camera_that_looks_elsewhere() -> None:
+    # A wrong row says another distance than the vehicle that stands on it: one painter, frame after frame.
+    painter = OverlayPainter(HEADER)
+    for turned_rad in (0.0, 0.02, -0.01, 0.0):
+        mount = Mount(pitch_rad=CAMERA.pitch_rad + turned_rad)
+        overlay = painter.overlay(replace(result(), own_motion=OwnMotion(mount=mount)))
+        drawn = [stroke.points[0][1] for stroke in overlay.strokes if stroke.color == ROW_COLOR]
+        looking = replace(CAMERA, pitch_rad=mount.pitch_rad)
+        assert drawn == pytest.approx([looking.row_at(row.distance_m + 1.7) for row in told_rows(looking)])
+
+
+def told_rows(camera: GroundPlaneCamera) -> tuple[OverlayRow, ...]:
+    return overlay_rows(Calibration.from_camera(camera, SIZE, reference_offset_m=1.7))
 
 
 @pytest.mark.parametrize("size", [ImageSize(320, 180), ImageSize(640, 360), SIZE])

@@ -32,6 +32,8 @@ MOST_TOLD, TOLD_ON_FREE_ROAD = 3, 2
 MINIMUM_ROW_GAP_PX = 6.0
 ROW_LABEL_PARTS = (0.03, 0.09, 0.15)
 """Where the words of the rows stand in turn, as parts of the width: far rows are close together."""
+PITCH_STEP_RAD = 1e-3
+"""A row at a focal length of 1000 px: smaller turns of the camera change nothing that is drawn."""
 PATH_COLOR: Rgb = (60, 190, 110)
 PATH_DRAWN_M = (4.0, 60.0)
 PATH_POINTS = 24
@@ -117,11 +119,33 @@ def track_label(track: Track, imperial: bool = False) -> str:
     return text if track.ttc_s is None or track.ttc_s > 10 else f"{text}  {track.ttc_s:.1f} s"
 
 
-def overlay_rows(calibration: Calibration, imperial: bool = False) -> tuple[OverlayRow, ...]:
-    """Distance rows inside the picture, thinned where they would stand too close together."""
+def pitch_now(calibration: Calibration, result: FrameResult) -> float:
+    """Pitch of the camera as it is believed at a frame, in radians: distances go by that.
+
+    In whole steps from that of the calibration, so that what is drawn by it seldom changes.
+    """
+    calibrated_rad = calibration.camera.pitch_rad
+    mount = None if result.own_motion is None else result.own_motion.mount
+    if mount is None or not math.isfinite(mount.pitch_rad):
+        return calibrated_rad
+    return calibrated_rad + PITCH_STEP_RAD * round((mount.pitch_rad - calibrated_rad) / PITCH_STEP_RAD)
+
+
+def overlay_rows(
+    calibration: Calibration, imperial: bool = False, pitch_rad: float | None = None
+) -> tuple[OverlayRow, ...]:
+    """Distance rows inside the picture, thinned where they would stand too close together.
+
+    Args:
+        calibration: of the pictures.
+        imperial: whether the words are in feet.
+        pitch_rad: of the camera by now, see `pitch_now`; None: that of the calibration.
+    """
+    camera = calibration.camera
+    camera = camera if pitch_rad is None else replace(camera, pitch_rad=pitch_rad)
     rows: list[OverlayRow] = []
     for distance_m in ROW_DISTANCES_M:
-        row_px = float(calibration.row_at(distance_m))
+        row_px = float(camera.row_at(distance_m + calibration.reference_offset_m))
         inside = -0.5 <= row_px <= calibration.image_size.height - 0.5
         if inside and (not rows or rows[-1].row_px - row_px >= MINIMUM_ROW_GAP_PX):
             label_part = ROW_LABEL_PARTS[len(rows) % len(ROW_LABEL_PARTS)]

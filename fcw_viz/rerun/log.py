@@ -25,6 +25,7 @@ import fcw_viz.rerun.blueprint as scene
 from fcw.errors import UserError
 from fcw.files import not_written
 from fcw.frame import VideoPacket
+from fcw.logs.overlay import pitch_now
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.warning.types import WarningLevel
 from fcw_viz.rerun.columns import (
@@ -36,7 +37,7 @@ from fcw_viz.rerun.columns import (
     time_columns,
     video_columns,
 )
-from fcw_viz.rerun.scene import log_static_scene
+from fcw_viz.rerun.scene import log_static_scene, look_columns
 
 FRAMES_PER_BATCH = 128
 """About four seconds: what a killed run loses of this file, against the 16 kB that each batch costs. The MCAP
@@ -66,6 +67,7 @@ class RerunSink:
         self._results: list[FrameResult] = []
         self._packets: list[tuple[VideoPacket, int]] = []
         self._last_level: WarningLevel | None = None
+        self._last_pitch_rad: float | None = None
         self._failed = False
         self._calendar = False
 
@@ -134,6 +136,7 @@ class RerunSink:
         for path, columns in result_columns(results, self._header):
             self._send_columns(path, times, columns)
         self._send_level_changes(results)
+        self._send_looks(results)
         self._flush()
 
     def _send_video(self, packets: Sequence[tuple[VideoPacket, int]]) -> None:
@@ -160,6 +163,20 @@ class RerunSink:
             self._send_columns(scene.LEVEL, self._times(changes), level_columns(changes))
         if told:
             self._send_columns(scene.LOG, self._times(told), log_columns(told, self._header.imperial))
+
+    def _send_looks(self, results: Sequence[FrameResult]) -> None:
+        """Where the camera looks, when that is news."""
+        news: list[FrameResult] = []
+        pitches_rad: list[float] = []
+        for result in results:
+            pitch_rad = pitch_now(self._header.calibration, result)
+            if pitch_rad != self._last_pitch_rad:
+                news.append(result)
+                pitches_rad.append(pitch_rad)
+            self._last_pitch_rad = pitch_rad
+        if news:
+            for path, columns in look_columns(pitches_rad, self._header):
+                self._send_columns(path, self._times(news), columns)
 
     def _times(self, results: Sequence[FrameResult]) -> list[rr.TimeColumn]:
         return time_columns(

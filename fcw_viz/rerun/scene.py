@@ -1,6 +1,7 @@
-"""What stays the same during a drive in its rerun recording: axes, camera, road, rows, styles and texts."""
+"""What stays the same during a drive in its rerun recording, and what does where nobody moves the camera."""
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from fcw.logs.records import DriveHeader
 from fcw.tracking.lead import Corridor
 from fcw.units import distance_text
 from fcw.warning.types import WarningLevel
+from fcw_viz.rerun.columns import Columns
 
 PATH_COLOR: Rgb = (70, 110, 160)
 LINE_HALF_LENGTH_M = 12.0
@@ -43,7 +45,6 @@ def log_static_scene(recording: rr.RecordingStream, header: DriveHeader) -> None
     _log_texts(recording, header)
     _log_camera(recording, header.calibration)
     _log_road(recording, header)
-    _log_rows(recording, header)
     _log_styles(recording)
 
 
@@ -56,15 +57,6 @@ def camera_axes(pitch_rad: float) -> NDArray[np.float64]:
 def _log_camera(recording: rr.RecordingStream, calibration: Calibration) -> None:
     camera = calibration.camera
     recording.log(scene.EGO, rr.ViewCoordinates.FLU, static=True, strict=True)
-    recording.log(
-        scene.CAMERA,
-        rr.Transform3D(
-            translation=(-calibration.reference_offset_m, 0.0, camera.height_m),
-            mat3x3=camera_axes(camera.pitch_rad),
-        ),
-        static=True,
-        strict=True,
-    )
     recording.log(
         scene.IMAGE,
         rr.Pinhole(
@@ -125,29 +117,43 @@ def _log_road(recording: rr.RecordingStream, header: DriveHeader) -> None:
     )
 
 
-def _log_rows(recording: rr.RecordingStream, header: DriveHeader) -> None:
-    rows = overlay_rows(header.calibration, header.imperial)
-    width = header.image_size.width
-    recording.log(
-        scene.IMAGE_ROWS,
-        rr.LineStrips2D(
-            [[(0.0, row.row_px + PIXEL_CENTRE_PX), (width, row.row_px + PIXEL_CENTRE_PX)] for row in rows],
-            colors=[ROW_COLOR],
-            radii=rr.Radius.ui_points(0.5),
-        ),
-        rr.Points2D(
-            [(width * row.label_part, row.row_px + PIXEL_CENTRE_PX) for row in rows],
-            labels=[row.label for row in rows],
-            colors=[ROW_COLOR],
-            radii=rr.Radius.ui_points(0.0),
-            show_labels=True,
-        ),
-        static=True,
-        strict=True,
+def look_columns(pitches_rad: Sequence[float], header: DriveHeader) -> Iterator[tuple[str, Columns]]:
+    """Where the camera looks, and at which rows the distances are then: entity paths with their columns.
+
+    Args:
+        pitches_rad: of the camera, one for each row of the columns.
+        header: of the drive.
+    """
+    calibration, width = header.calibration, header.image_size.width
+    position_m = (-calibration.reference_offset_m, 0.0, calibration.camera.height_m)
+    yield (
+        scene.CAMERA,
+        [
+            *rr.Transform3D.columns(
+                translation=[position_m] * len(pitches_rad),
+                mat3x3=[camera_axes(pitch_rad) for pitch_rad in pitches_rad],
+            )
+        ],
     )
+    looks = [overlay_rows(calibration, header.imperial, pitch_rad) for pitch_rad in pitches_rad]
+    rows, counts = [row for look in looks for row in look], [len(look) for look in looks]
+    heights = [row.row_px + PIXEL_CENTRE_PX for row in rows]
+    lines = rr.LineStrips2D.columns(strips=[[(0.0, height), (width, height)] for height in heights])
+    words = rr.Points2D.columns(
+        positions=[(width * row.label_part, height) for row, height in zip(rows, heights, strict=True)],
+        labels=[row.label for row in rows],
+    )
+    yield scene.IMAGE_ROWS, [*lines.partition(counts), *words.partition(counts)]
 
 
 def _log_styles(recording: rr.RecordingStream) -> None:
+    recording.log(
+        scene.IMAGE_ROWS,
+        rr.LineStrips2D.from_fields(colors=[ROW_COLOR], radii=rr.Radius.ui_points(0.5)),
+        rr.Points2D.from_fields(colors=[ROW_COLOR], radii=rr.Radius.ui_points(0.0), show_labels=True),
+        static=True,
+        strict=True,
+    )
     lead, bound = LEVEL_COLORS[WarningLevel.NONE], OTHER_TRACK_COLOR
     for path, names in (
         (scene.PLOT_DISTANCE, ("distance", "16th percentile", "84th percentile")),

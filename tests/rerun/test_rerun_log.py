@@ -284,7 +284,7 @@ def test_labels_and_numbers_of_a_vehicle(tmp_path):
 
 
 def test_camera_pose_and_pinhole_put_the_road_where_the_calibration_does(tmp_path):
-    path = write_drive(tmp_path / "drive.rrd", [])
+    path = write_drive(tmp_path / "drive.rrd", [result(0)])
     pose, pinhole = only_row(path, scene.CAMERA), only_row(path, scene.IMAGE)
     position = np.array(pose["Transform3D:translation"][0])  # pyright: ignore[reportIndexIssue]
     # rerun keeps matrices column by column.

@@ -89,10 +89,10 @@ def calibration_message(calibration: Calibration, stamp: Timestamp) -> CameraCal
     )
 
 
-def transforms_message(calibration: Calibration, stamp: Timestamp) -> FrameTransforms:
-    """Where the camera stands on the vehicle."""
+def transforms_message(calibration: Calibration, pitch_rad: float, stamp: Timestamp) -> FrameTransforms:
+    """Where the camera stands on the vehicle, and how far down it looks by now."""
     # The optical axes of a level camera, (-1/2, 1/2, -1/2, 1/2), turned by the pitch about the camera's x.
-    half = calibration.camera.pitch_rad / 2
+    half = pitch_rad / 2
     even, odd = (math.cos(half) + math.sin(half)) / 2, (math.cos(half) - math.sin(half)) / 2
     mount = FrameTransform(
         timestamp=stamp,

@@ -26,7 +26,7 @@ from fcw.logs.disk_sync import DiskSync
 from fcw.logs.mcap import format as mcap
 from fcw.logs.mcap import foxglove_messages as foxglove
 from fcw.logs.mcap.messages import no_track_message, result_message, track_message, warning_message
-from fcw.logs.overlay import overlay_rows
+from fcw.logs.overlay import overlay_rows, pitch_now
 from fcw.logs.records import DriveHeader, FrameResult
 from fcw.logs.schemas import drive_pb2
 from fcw.logs.series import SeriesBuilder
@@ -81,7 +81,7 @@ class McapSink:
 
     def _begin(self, file: BufferedWriter, header: DriveHeader) -> None:
         self._header = header
-        self._rows = overlay_rows(header.calibration, header.imperial)
+        self._pitch_rad: float | None = None
         self._last_ns: int | None = None
         self._level = WarningLevel.NONE
         self._had_lead = False
@@ -115,7 +115,7 @@ class McapSink:
         """
         with self._telling():
             if not self._sequences:
-                self._add_camera(min([result.time_ns, *(packet.time_ns for packet in packets)]))
+                self._add_camera(result, min([result.time_ns, *(packet.time_ns for packet in packets)]))
             if any(packet.keyframe for packet in packets):
                 self._end_pictures()
             for packet in packets:
@@ -172,14 +172,26 @@ class McapSink:
         self._pictures.clear()
         self._end_signals()
 
-    def _add_camera(self, start_ns: int) -> None:
-        calibration, log_ns = self._header.calibration, max(start_ns, 0)
-        stamp = foxglove.timestamp(log_ns)
-        self._signal(mcap.CALIBRATION_TOPIC, log_ns, foxglove.calibration_message(calibration, stamp))
-        self._signal(mcap.TRANSFORMS_TOPIC, log_ns, foxglove.transforms_message(calibration, stamp))
+    def _add_camera(self, result: FrameResult, start_ns: int) -> None:
+        log_ns = max(start_ns, 0)
+        message = foxglove.calibration_message(self._header.calibration, foxglove.timestamp(log_ns))
+        self._signal(mcap.CALIBRATION_TOPIC, log_ns, message)
+        self._add_pitch(result, log_ns)
+
+    def _add_pitch(self, result: FrameResult, log_ns: int) -> None:
+        """Where the camera looks, if that is news: then the rows of the distances are others, too."""
+        header = self._header
+        pitch_rad = pitch_now(header.calibration, result)
+        if pitch_rad == self._pitch_rad:
+            return
+        self._pitch_rad = pitch_rad
+        self._rows = overlay_rows(header.calibration, header.imperial, pitch_rad)
+        message = foxglove.transforms_message(header.calibration, pitch_rad, foxglove.timestamp(log_ns))
+        self._signal(mcap.TRANSFORMS_TOPIC, log_ns, message)
 
     def _add_signals(self, result: FrameResult) -> None:
         header, log_ns = self._header, max(result.time_ns, 0)
+        self._add_pitch(result, log_ns)
         stamp = foxglove.timestamp(log_ns)
         annotations = foxglove.annotations_message(
             result, self._rows, header.image_size, header.imperial, stamp
