@@ -210,7 +210,9 @@ class BoxGeometry:
             for edge_px in (box.x, box.right)
         )
         lateral_m = outer_m - width_m / 2
-        side_part = side_m / (width_m + side_m)
+        # A bend turns it one way, its place aside another: of sides that cancel what is not known does not.
+        bend_rad = road_slope(self.path, distance_m) - self.path.heading_rad
+        side_part = math.hypot(side_m, bend_rad * self.prior.lengths_m[kind]) / (width_m + side_m)
         if kind > self.prior.rear_count:
             # Seen from its side, which becomes more or less of its width as it turns. From a corner as well,
             # but so looks a van at first that comes half into our lane: its width unsure, warnings were lost.
