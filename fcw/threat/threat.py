@@ -16,7 +16,7 @@ from fcw.motion.bend.turn import Turn
 from fcw.motion.state import OwnPath
 from fcw.threat.course import place_at_contact
 from fcw.tracking.box_measurement import ACROSS_M, visible_side_m
-from fcw.tracking.lead import is_oncoming, may_come_towards_us
+from fcw.tracking.lead import drives_along, is_oncoming, may_come_towards_us
 from fcw.tracking.range.model import REARS
 from fcw.tracking.types import Track
 
@@ -81,6 +81,7 @@ class Threat:
         required_deceleration_mps2: constant braking from now on that just avoids that; None when not closing.
         required_lateral_mps2: constant steering that passes it with a little room; 0 where there is that
             anyway, None when not closing.
+        drives: whether it surely drives along the road as we do.
     """
 
     track: Track
@@ -103,6 +104,7 @@ class Threat:
     collision_probability: float
     required_deceleration_mps2: float | None
     required_lateral_mps2: float | None
+    drives: bool
 
     @property
     def urgency(self) -> float:
@@ -135,6 +137,7 @@ def assess(
             track,
             track.track_id == lead_id,
             is_oncoming(track, own_mps, own_sigma_mps),
+            drives_along(track, own_mps, own_sigma_mps),
             path,
             reference_offset_m,
             turn,
@@ -182,6 +185,7 @@ def _assess_one(
     track: Track,
     is_lead: bool,
     comes_towards_us: bool,
+    drives: bool,
     path: OwnPath,
     reference_offset_m: float,
     turn: Turn | None,
@@ -235,6 +239,7 @@ def _assess_one(
         collision_probability=reached * in_the_way,
         required_deceleration_mps2=required_deceleration_mps2(track.distance_m, closing_mps),
         required_lateral_mps2=lateral_mps2,
+        drives=drives,
     )
 
 

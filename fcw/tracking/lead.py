@@ -70,6 +70,17 @@ def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: 
     return surely_mps > ego_speed_mps + ONCOMING_MARGIN_MPS
 
 
+def drives_along(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None) -> bool:
+    """Whether the vehicle surely drives along the road as we do, and neither stands nor comes towards us.
+
+    Unknown own speed: never.
+    """
+    if ego_speed_mps is None:
+        return False
+    sigma_mps = math.hypot(track.closing_speed_sigma_mps, ego_speed_sigma_mps or 0.0)
+    return track.closing_speed_mps + ONCOMING_SIGMAS * sigma_mps < ego_speed_mps - ONCOMING_MARGIN_MPS
+
+
 def may_come_towards_us(track: Track, ego_speed_mps: float | None) -> bool:
     """Whether the vehicle closes faster than a standing one would, by 1 sigma and without a margin.
 

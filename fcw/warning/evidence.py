@@ -62,7 +62,8 @@ class Evidence:
             Drivers steer around parked cars in time (Brannstrom et al. 2010: a threat is what neither braking
             nor steering avoids at ease).
         in_lane_m: a vehicle that reaches this far into our lane, whose lines are seen, is not passed at ease:
-            the lane must be left for it.
+            the lane must be left for it. Nor is one that drives along our path, reaches as far into it, and
+            will when we reach it.
         imminent_s: a vehicle reached within this time is imminent. Even the lead then needs no more time as
             the lead than others need on course.
         closing_sigmas: the least closing speed, in sigmas, for rules that use it. The prior of a new vehicle,
@@ -181,7 +182,9 @@ class Evidence:
 
     def may_steer(self, threat: Threat, level: WarningLevel) -> bool:
         """Whether a driver passes a vehicle that is not the lead by steering a little."""
-        in_lane = threat.lane_seen and threat.overlap_now_m >= self.in_lane_m
+        # Where no lines are seen it may be parked beside our lane, our bend may pass it, or it may leave.
+        stays = threat.drives and threat.overlap_m >= self.in_lane_m and not threat.bend_changes
+        in_lane = (threat.lane_seen or stays) and threat.overlap_now_m >= self.in_lane_m
         ahead = threat.is_lead or threat.is_oncoming or threat.comes_in or in_lane
         if ahead or threat.required_lateral_mps2 is None:
             return False

@@ -184,6 +184,27 @@ def test_a_standing_car_comes_towards_us_only_if_our_speed_is_surely_lower(own_s
     assert (select_lead((track,), 16.0, own_sigma_mps) is None) is oncoming
 
 
+@pytest.mark.parametrize(
+    ("own_mps", "closing_mps", "sigma_mps", "drives"),
+    [
+        (18.0, 8.0, 1.0, True),
+        (18.0, 14.5, 1.0, False),
+        (18.0, 14.5, 0.1, True),
+        (18.0, 18.0, 0.1, False),
+        (18.0, 30.0, 0.1, False),
+        (None, 8.0, 0.1, False),
+    ],
+)
+def test_a_vehicle_drives_as_we_do_if_it_is_surely_faster_than_one_that_stands(
+    own_mps, closing_mps, sigma_mps, drives
+):
+    (found,) = assess((make_lead(40, closing_mps, sigma_mps),), 1, STRAIGHT, own_mps)
+    assert found.drives is drives
+    if own_mps is not None:
+        (found,) = assess((make_lead(40, closing_mps, sigma_mps),), 1, STRAIGHT, own_mps, own_sigma_mps=8.0)
+        assert not found.drives
+
+
 @pytest.mark.parametrize("bend_per_m", [1 / 150, -1 / 150, 0.0])
 def test_an_oncoming_car_that_keeps_to_our_lane_round_a_bend_will_hit_us(bend_per_m):
     # Both at 14 m/s, 40 m apart: along the road it sweeps as what stands, and as much again.

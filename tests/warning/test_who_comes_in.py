@@ -83,6 +83,31 @@ def test_what_stands_in_our_lane_is_warned_of_though_little_steering_would_pass_
     assert (warned_after_s(threat) is not None) == warned
 
 
+@pytest.mark.parametrize(
+    ("drives", "overlap_now_m", "overlap_m", "bend_changes", "warned"),
+    [
+        (True, 0.5, 0.5, False, True),
+        (True, 0.2, 0.5, False, False),
+        (True, 0.5, 0.2, False, False),
+        (True, 0.5, 0.5, True, False),
+        (False, 0.5, 0.5, False, False),
+    ],
+)
+def test_so_is_who_drives_half_in_our_way_where_no_lines_are_seen(
+    drives, overlap_now_m, overlap_m, bend_changes, warned
+):
+    """What stands may be parked beside our lane, a bend that ends may pass it, and who moves out leaves."""
+    threat = replace(
+        coming_in(2.3, 0.9, turn_known=True, beside_m=-overlap_now_m),
+        comes_in=False,
+        overlap_m=overlap_m,
+        bend_changes=bend_changes,
+        drives=drives,
+        required_lateral_mps2=0.3,
+    )
+    assert (warned_after_s(threat) is not None) == warned
+
+
 UPON_US = [(1.7, 0.3, True), (1.8, 0.3, False), (1.7, 0.2, False)]
 """Time until it is reached, how far it is in our way then, and whether it is warned of."""
 
