@@ -119,7 +119,12 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
         detections = None
     elif ego.follows is Follows.AFTER_CUT and isinstance(stages.policy, BeginsAnew):
         stages.policy.begin_anew()
-    told = ((NOTHING_SEEN, nothing_seen(frame.image)), (CUT, ego.follows is Follows.AFTER_CUT))
+    blank = nothing_seen(frame.image)
+    told = (
+        (NOTHING_SEEN, blank),
+        (CUT, ego.follows is Follows.AFTER_CUT),
+        (ego.poor_sight, ego.poor_sight and not blank),
+    )
     own_mps = ego.motion.speed_mps
     tracks = stages.tracker.update(frame.time_ns, detections, ego, frame.image)
     tracks = tuple(map(in_single_precision, tracks))

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from fcw.logs.events import BLIND_AFTER_S, find_events
-from fcw.logs.records import MOMENTS, NOTHING_SEEN, FrameResult
+from fcw.logs.records import MOMENTS, NOTHING_SEEN, POOR_SIGHT, FrameResult
 from fcw.logs.series import SeriesBuilder
 from fcw.motion.state import Mount, SpeedSource
 from fcw.units import NS_PER_S
@@ -30,8 +30,10 @@ RATE_TOLD_AFTER_S = 2.0
 """A shorter time does not tell it."""
 BLANK_TOLD_S = 0.1
 """Less altogether, as the first picture of a fade, hides nothing."""
+POOR_TOLD_S = 2.0
+"""Less altogether, as below a bridge, is not told of the whole drive."""
 MOST_SPANS = 3
-"""Of times in which nothing could be seen, and of cuts, are told one by one."""
+"""Of times in which too little or nothing could be seen, and of cuts, are told one by one."""
 
 
 @dataclass(slots=True)
@@ -186,7 +188,7 @@ class DriveSummary:
         self._last_ns = result.time_ns
         self.frames += 1
         self.frames_with_lead += result.lead_id is not None
-        notes = tuple(note for note in result.notes if note not in MOMENTS)
+        notes = tuple(note for note in result.notes if not note.startswith(MOMENTS))
         if notes:  # the latest is known best
             start_s = self._notes.pop()[0] if self._noted else (result.time_ns - self._first_ns) / NS_PER_S
             self._notes.append((start_s, notes))
@@ -261,8 +263,13 @@ class DriveSummary:
 
     @property
     def _sight_notes(self) -> tuple[str, ...]:
-        """Where pictures are blank, and where they are cut."""
+        """Where pictures show too little or nothing, and where they are cut."""
         events, notes = find_events(self._series.build()), []
+        for poor in POOR_SIGHT:
+            spans = [one for one in events if one.note.startswith(poor)]
+            if sum(one.end_s - one.start_s for one in spans) >= POOR_TOLD_S:
+                times = _few([f"from {one.start_s:.1f} s to {one.end_s:.1f} s" for one in spans])
+                notes.append(f"{times}: {spans[-1].note}")
         blank = [one for one in events if one.note == NOTHING_SEEN]  # of other times `_unseen_notes` tells
         if blank and self.blank_s >= BLANK_TOLD_S:
             times = _few([f"from {one.start_s:.1f} s to {one.end_s:.1f} s" for one in blank])

@@ -149,6 +149,23 @@ def test_pictures_in_which_nothing_can_be_seen_are_told_and_counted_as_blind() -
     assert summary.as_json(1.0)["blind_s"] == pytest.approx(1.2)
 
 
+def test_times_in_which_too_little_can_be_seen_are_told_once_each_cause_has_lasted() -> None:
+    def noted(index: int, *notes: str) -> FrameResult:
+        return replace(result(index, WarningLevel.NONE, None), notes=notes)
+
+    soft, dark = (
+        "soft picture, far vehicles are missed: it is blurred",
+        "dark picture, many are missed: night",
+    )
+    times = [noted(i, *(soft,) * (i < 15 or i >= 40), *(dark,) * (20 <= i < 30)) for i in range(60)]
+    summary = summed(*times)  # soft for 1.4 and 1.9 s, dark for 0.9 s
+    said = f"from 0.0 s to 1.4 s, from 4.0 s to 5.9 s: {soft}"
+    assert summary.all_notes == (said,)
+    assert summary.as_json(1.0)["notes"] == [said]
+    assert summary.blind_s == 0
+    assert summed(*times[:30]).all_notes == ()
+
+
 def test_one_black_picture_hides_nothing() -> None:
     faded_in = blank(0), *(result(index, WarningLevel.NONE, None) for index in (1, 2))
     at_30_hz = (replace(one, time_ns=START_NS + one.index * 33_333_333) for one in faded_in)

@@ -15,14 +15,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fcw.logs.records import CUT, NOTHING_SEEN
+from fcw.logs.records import CUT, NOTHING_SEEN, POOR_SIGHT
 from fcw.logs.series import NO_TRACK, DriveSeries
 from fcw.tracking.lead import ONCOMING_MARGIN_MPS
 from fcw.units import KMH_PER_MPS
 from fcw.warning.driver import HARDEST_BRAKING_MPS2
 from fcw.warning.types import WarningLevel, WarningState
 
-EventKind = Literal["warning", "caution", "advisory", "near miss", "mount moved", "nothing seen", "cut"]
+EventKind = Literal[
+    "warning", "caution", "advisory", "near miss", "mount moved", "nothing seen", "cut", "poor sight"
+]
 _KINDS_BY_NOTE: dict[str, EventKind] = {NOTHING_SEEN: "nothing seen", CUT: "cut"}
 
 NEAR_MISS_TTC_S = 1.5
@@ -48,14 +50,15 @@ class DriveEvent:
         start_s: its first frame; of a time without pictures the last one before.
         end_s: its last frame; of a time without pictures the first one after.
         peak_s: where it was most severe; where nothing closed, where the vehicle was nearest.
-        track_id: the vehicle; None for `mount moved`, `nothing seen` and `cut`.
+        track_id: the vehicle; None for `mount moved`, `nothing seen`, `cut` and `poor sight`.
         rule: the rule that held the level at the peak; empty where none did.
         min_ttc_s: smallest TTC; None when it never closed.
         min_distance_m: smallest distance; None when it was never measured.
         max_required_deceleration_mps2: hardest braking needed; None when none was.
         severity: what nearly happened: the braking needed as a part of the hardest a car can do, 8 m/s^2,
             times the probability of the collision, at its highest; 0 where nothing closed.
-        note: what was said, of a mount that moved, of a time in which nothing can be seen, and of a cut.
+        note: what was said, of a mount that moved, of a time in which too little or nothing can be seen, and
+            of a cut.
     """
 
     kind: EventKind
@@ -107,7 +110,7 @@ def find_events(series: DriveSeries) -> tuple[DriveEvent, ...]:
     events += [_event(series, rows, "advisory") for rows in _runs(advised, series.warned_id)]
     for start_ns, end_ns, note in zip(series.note_ns, series.note_end_ns, series.notes, strict=True):
         start_s, end_s = _seconds(series, int(start_ns)), _seconds(series, int(end_ns))
-        kind = _KINDS_BY_NOTE.get(note, "mount moved")
+        kind = "poor sight" if note.startswith(POOR_SIGHT) else _KINDS_BY_NOTE.get(note, "mount moved")
         events.append(DriveEvent(kind, start_s, end_s, start_s, None, "", None, None, None, 0.0, note))
     events += _unseen(series)
     return tuple(sorted(events, key=lambda event: event.start_s))

@@ -10,6 +10,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration
 from fcw.detection.detector import Detection
 from fcw.frame import ImageSize, VideoPacket
+from fcw.motion.flow.sight import PoorSight
 from fcw.motion.state import OwnMotion, OwnPath
 from fcw.threat.threat import required_deceleration_mps2
 from fcw.tracking.types import Track
@@ -21,8 +22,10 @@ NOTHING_SEEN = (
 """The note of a frame whose picture is so (`fcw.frame.nothing_seen`): a dead camera gives pictures too."""
 CUT = "cut: the picture is of another place or camera than before; all vehicles begin anew"
 """The note of the first frame that is known to come after a cut (`fcw.motion.flow.cuts`)."""
-MOMENTS = (NOTHING_SEEN, CUT)
-"""Notes on a time of the drive; all others tell what is known of the camera by then."""
+POOR_SIGHT = tuple(poor.value for poor in PoorSight)
+"""How notes begin of times in which pictures show too little (`fcw.motion.flow.sight`)."""
+MOMENTS = (NOTHING_SEEN, CUT, *POOR_SIGHT)
+"""How notes begin that are on a time of the drive; all others tell what is known of the camera by then."""
 
 
 @dataclass(frozen=True, slots=True)

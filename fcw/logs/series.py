@@ -254,9 +254,11 @@ class SeriesBuilder:
             self._columns[name].append(_NAN if value is None else value)
         for packet in packets:
             self.add_packet(packet.time_ns, packet.keyframe)
-        self._take_note("", "; ".join(note for note in result.notes if note not in MOMENTS), result.time_ns)
+        lasting = (note for note in result.notes if not note.startswith(MOMENTS))
+        self._take_note("", "; ".join(lasting), result.time_ns)
         for moment in MOMENTS:
-            self._take_note(moment, moment if moment in result.notes else "", result.time_ns)
+            note = next((note for note in result.notes if note.startswith(moment)), "")
+            self._take_note(moment, note, result.time_ns)
 
     def _take_note(self, kind: str, note: str, time_ns: int) -> None:
         """What a frame tells of one kind; empty where it tells nothing."""

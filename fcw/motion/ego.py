@@ -12,6 +12,7 @@ from fcw.box import Box
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.motion.estimator import MotionEstimator
 from fcw.motion.flow.cuts import CutWatch, Follows
+from fcw.motion.flow.sight import SightWatch
 from fcw.motion.lanes import Lane, LaneTracker
 from fcw.motion.path import PathAhead, assumed_path, path_curvature_per_m
 from fcw.motion.settings import MotionSettings
@@ -29,12 +30,14 @@ class Ego(NamedTuple):
         path: own path.
         body_pitch_rad: how much lower the camera looks than its mount does; None where no picture tells it.
         follows: how the picture follows the one before.
+        poor_sight: what to tell where pictures show too little (`fcw.motion.flow.sight`); else empty.
     """
 
     motion: OwnMotion
     path: OwnPath
     body_pitch_rad: Gaussian | None = None
     follows: Follows = Follows.SAME_VIEW
+    poor_sight: str = ""
 
 
 def assumed_ego(speed_mps: float | None) -> Ego:
@@ -58,6 +61,10 @@ class EgoEstimator:
     ) -> None:
         self._estimator = None if calibration is None else MotionEstimator(calibration, settings)
         self._cuts = CutWatch()
+        self._focal_part = (
+            None if calibration is None else calibration.camera.focal_y_px / calibration.image_size.width
+        )
+        self._sight = SightWatch(self._focal_part)
         self._lanes = LaneTracker()
         self._path = PathAhead()
         self._time_ns: int | None = None
@@ -85,6 +92,7 @@ class EgoEstimator:
         follows = self._cuts.see(time_ns, image)
         if follows is Follows.AFTER_CUT:
             self._begin_anew()
+        poor_sight = self._sight.see(time_ns, image)
         if self._estimator is not None:
             is_seen = follows is not Follows.UNLIKE
             motion = self._estimator.update(time_ns, image, boxes) if is_seen else self._estimator.state
@@ -95,12 +103,14 @@ class EgoEstimator:
             motion = replace(motion, yaw_rate_radps=given_yaw_radps, yaw_rate_sigma_radps=None)
         if self._estimator is not None:
             lane = self._see_lane(self._estimator, motion)
-        return Ego(motion, self._path.update(time_ns, motion, lane), body_pitch_rad, follows)
+        path = self._path.update(time_ns, motion, lane)
+        return Ego(motion, path, body_pitch_rad, follows, poor_sight)
 
     def _begin_anew(self) -> None:
         if self._estimator is not None:
             self._estimator = self._estimator.after_cut()
         self._lanes, self._path, self._time_ns = LaneTracker(), PathAhead(), None
+        self._sight = SightWatch(self._focal_part)
 
     def _see_lane(self, estimator: MotionEstimator, motion: OwnMotion) -> Lane | None:
         """The lane by the latest picture that own motion used."""

@@ -15,6 +15,7 @@ from fcw.warning.describe import braking_text, reason
 from fcw.warning.types import WarningLevel, WarningState
 
 NEAR_MISS, MOUNT_MOVED, NOTHING_SEEN, CUT = "near miss", "mount moved", "nothing seen", "cut"
+POOR_SIGHT = "poor sight"
 KIND_TITLES = {
     "warning": "Warning",
     "caution": "Caution",
@@ -23,6 +24,7 @@ KIND_TITLES = {
     MOUNT_MOVED: "Mount moved",
     NOTHING_SEEN: "Nothing seen",
     CUT: "Cut",
+    POOR_SIGHT: "Poor sight",
 }
 """What kinds of events are called."""
 KIND_MEANINGS = {
@@ -33,6 +35,7 @@ KIND_MEANINGS = {
     MOUNT_MOVED: "the camera has moved",
     NOTHING_SEEN: "black picture, or none at all",
     CUT: "an edited clip, another camera or a damaged picture",
+    POOR_SIGHT: "a soft, dark, faint or overexposed picture",
 }
 """What kinds of events are, in a few words."""
 JUDGEMENT_SIGNS = {

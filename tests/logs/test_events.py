@@ -200,6 +200,15 @@ def test_times_in_which_nothing_can_be_seen_are_events_apart_from_a_mount_that_m
     ]
 
 
+def test_times_in_which_too_little_can_be_seen_are_events_with_the_words_of_their_last_frame():
+    soft = [f"soft picture, half of the cars {distance_m} m away are missed: ..." for distance_m in (50, 40)]
+    frames = [
+        frame(i, notes=("moved",) * (i >= 5) + ((soft[i >= 15],) if 10 <= i < 20 else ())) for i in range(30)
+    ]
+    found = [(event.kind, event.start_s, event.end_s, event.note) for event in events_of(frames)]
+    assert found == [("mount moved", 0.5, 2.9, "moved"), ("poor sight", 1.0, 1.9, soft[1])]
+
+
 def at_tenths(tenths: Sequence[int], blank: Container[int] = ()) -> list[FrameResult]:
     """Frames at these tenths of a second, some of them black."""
     return [

@@ -285,7 +285,10 @@ def _of_event(name: str, kind: Kind, unit: str, meaning: str) -> Column[EventRow
 EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
     Column("drive", "string", "", "name of the drive", lambda row: row.drive),
     _of_event(
-        "kind", "string", "", "warning, caution, advisory, near miss, mount moved, nothing seen or cut"
+        "kind",
+        "string",
+        "",
+        "warning, caution, advisory, near miss, mount moved, nothing seen, cut or poor sight",
     ),
     _of_event("start_s", "float64", "s", "its first frame, from the drive's first frame"),
     _of_event("end_s", "float64", "s", "its last frame"),
@@ -311,7 +314,7 @@ EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
         "note",
         "string",
         "",
-        "what was said of a mount that moved, of a time in which nothing can be seen, or of a cut",
+        "what was said of a mount that moved, of a time in which too little can be seen, or of a cut",
         lambda row: row.event.note or None,
     ),
 )

@@ -14,7 +14,15 @@ from fcw_viz.review_app.drive import Drive, time_text
 from fcw_viz.review_app.panels.event_list import list_html, verdict_html
 from fcw_viz.review_app.place import Place
 from fcw_viz.review_app.time.timeline import kind_color
-from fcw_viz.review_app.words import CUT, MOUNT_MOVED, NEAR_MISS, NOTHING_SEEN, kind_title, why
+from fcw_viz.review_app.words import (
+    CUT,
+    MOUNT_MOVED,
+    NEAR_MISS,
+    NOTHING_SEEN,
+    POOR_SIGHT,
+    kind_title,
+    why,
+)
 
 
 class EventPanel:
@@ -53,7 +61,7 @@ class EventPanel:
             f"<button {says('playevent:')} title='Shift space'>play</button>"
             f"<span>{time_text(event.start_s)} to {time_text(event.end_s)}</span></div>"
         )
-        if event.kind in (MOUNT_MOVED, NOTHING_SEEN, CUT):
+        if event.kind in (MOUNT_MOVED, NOTHING_SEEN, CUT, POOR_SIGHT):
             return f"{title}<p>{escape(event.note)}</p>{verdict_html(judged, place.session.reviewer)}"
         rows = "".join(
             f"<dt>{escape(what)}</dt><dd>{escape(much)}</dd>"

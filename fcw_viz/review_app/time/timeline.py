@@ -17,6 +17,7 @@ from fcw_viz.review_app.words import (
     MOUNT_MOVED,
     NEAR_MISS,
     NOTHING_SEEN,
+    POOR_SIGHT,
     event_line,
     kind_title,
     verdict_sign,
@@ -30,6 +31,7 @@ KIND_COLORS = {
     MOUNT_MOVED: "rgb(134, 92, 214)",
     NOTHING_SEEN: "rgb(121, 85, 72)",
     CUT: "rgb(120, 124, 128)",
+    POOR_SIGHT: "rgb(176, 160, 120)",
 }
 OTHER_COLOR = "rgb(134, 142, 150)"
 MISSED_COLOR = "rgb(230, 73, 128)"
@@ -37,7 +39,7 @@ NOTE_COLOR = "rgb(250, 176, 5)"
 LABELLED_COLOR, TOUCHED_COLOR = "rgb(43, 138, 62)", "rgb(130, 201, 30)"
 """Of frames whose boxes are all said to be right, and of those in which some were corrected."""
 LABELLED_PX = 4.0
-KIND_HEIGHTS = {"warning": 1.0, "caution": 0.72, "advisory": 0.45}
+KIND_HEIGHTS = {"warning": 1.0, "caution": 0.72, "advisory": 0.45, POOR_SIGHT: 0.25}
 """Of the track's height: how urgent it is reads without colours."""
 
 SIGNS_PX, TRACK_PX, TICKS_PX = 13.0, 18.0, 13.0

@@ -1,0 +1,168 @@
+"""Whether pictures show enough to find vehicles in them: how sharp they are, and how much stands out.
+
+How blurred an edge is shows when it is blurred once more: by a sigma of a, its steepness falls to
+s / sqrt(s^2 + a^2) of what it was if its own sigma is s, whatever its contrast (Zhuo & Sim 2011, "Defocus map
+estimation from a single image"). Of a picture the steepest edges count, which are the sharpest things in it.
+"""
+
+import math
+from collections import deque
+from enum import Enum
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+ROWS = (0.4, 0.7)
+"""Parts of the height between which is looked: about the horizon, where vehicles are. Own bonnets are below
+it mostly, and so is what recorders write into the picture, which is sharp however the rest is."""
+LINES, WIDTH = 40, 640
+"""About so many rows are looked at, of pictures made smaller by a whole factor to about this width."""
+EDGES_PART, FEWEST_EDGES = 0.004, 20
+"""The steepest edges, so many for each pixel, tell how sharp the picture is."""
+CONTRAST_PART = 0.001
+"""So many of the pixels are on what stands out."""
+AGAIN_PX = 1.0
+"""Sigma by which edges are blurred once more."""
+WHITE = 250
+
+STEP_NS = 500_000_000
+LOOKS, FEWEST_LOOKS = 5, 3
+"""The median of so many counts: not a wiper, nor the shadow of a bridge."""
+MOST_BLUR, LEAST_CONTRAST, MOST_WHITE = 1.3 / WIDTH, 9.0, 0.5
+"""Beyond these a picture is soft, as a part of its width; dark or faint, in grey values a pixel; overexposed.
+
+There a fifth to a third of the small vehicles are lost that the net finds in the same pictures unspoilt
+(docs/figures/sight.md).
+"""
+RELEASED = {"blur": 0.9, "contrast": 1.3, "white": 0.8}
+"""What was said is said until it is better than the limits times these."""
+DARK_BELOW = 60.0
+"""Median grey value."""
+LOST_SIGMAS, CAR_HEIGHT_M = 14.0, 1.5
+"""Half of the vehicles so many sigmas of the blur high are lost, on cameras that are new to the net; of those
+that it learnt from 10 to 12.5, whichever is left out."""
+
+
+class Look(NamedTuple):
+    """What one picture is like.
+
+    Attributes:
+        blur: 1-sigma of its sharpest edges, as a part of its width; NaN where there are too few edges.
+        contrast: how steep what stands out is, in grey values a pixel of the small picture.
+        brightness: median grey value.
+        white: part that is white.
+    """
+
+    blur: float
+    contrast: float
+    brightness: float
+    white: float
+
+
+class PoorSight(Enum):
+    """Why vehicles are missed; the value is what is said of it first."""
+
+    SOFT = "soft picture"
+    DARK = "dark picture"
+    FAINT = "faint picture"
+    OVEREXPOSED = "overexposed picture"
+
+
+CAUSES = {
+    PoorSight.SOFT: "it is blurred, as by a lens that is fogged, dirty or out of focus, or by enlarging",
+    PoorSight.DARK: "hardly anything stands out from the dark",
+    PoorSight.FAINT: "hardly anything stands out, as in fog, against the sun or through a misted windscreen",
+    PoorSight.OVEREXPOSED: "most of it is white",
+}
+
+
+class SightWatch:
+    """Tells when the pictures of a drive show too little.
+
+    Args:
+        focal_part: focal length over the width of the picture; None: how far away cars are lost is not told.
+    """
+
+    def __init__(self, focal_part: float | None = None) -> None:
+        self._focal_part = focal_part
+        self._looks: deque[Look] = deque(maxlen=LOOKS)
+        self._next_ns: int | None = None
+        self._poor: PoorSight | None = None
+        self._note = ""
+
+    def see(self, time_ns: int, image: NDArray[np.uint8]) -> str:
+        """Take the next picture, (height, width, 3) BGR.
+
+        Returns:
+            What to tell by now; empty where enough can be seen.
+        """
+        if self._next_ns is None or time_ns >= self._next_ns:
+            self._next_ns = time_ns + STEP_NS
+            self._looks.append(look_at(image))
+            if len(self._looks) >= FEWEST_LOOKS:
+                self._judge(Look(*np.median(self._looks, axis=0).tolist()))
+        return self._note
+
+    def _judge(self, look: Look) -> None:
+        self._poor = poor_sight(look, self._poor)
+        self._note = "" if self._poor is None else self._text(self._poor, look.blur)
+
+    def _text(self, poor: PoorSight, blur: float) -> str:
+        lost = "vehicles are missed, far ones first"
+        if poor is PoorSight.SOFT and self._focal_part is not None:
+            distance_m = CAR_HEIGHT_M * self._focal_part / (LOST_SIGMAS * blur)
+            lost = f"half of the cars {distance_m:.0f} m away are missed, and most beyond"
+        return f"{poor.value}, {lost}: {CAUSES[poor]}"
+
+
+def poor_sight(look: Look, before: PoorSight | None = None) -> PoorSight | None:
+    """Why too little can be seen in pictures like this; None where enough can be.
+
+    Args:
+        look: what they are like.
+        before: what was said of those before.
+    """
+
+    def limit(value: float, name: str, *kinds: PoorSight) -> float:
+        return value * (RELEASED[name] if before in kinds else 1.0)
+
+    if look.contrast < limit(LEAST_CONTRAST, "contrast", PoorSight.DARK, PoorSight.FAINT):
+        return PoorSight.DARK if look.brightness < DARK_BELOW else PoorSight.FAINT
+    if look.white > limit(MOST_WHITE, "white", PoorSight.OVEREXPOSED):
+        return PoorSight.OVEREXPOSED
+    if look.blur > limit(MOST_BLUR, "blur", PoorSight.SOFT):
+        return PoorSight.SOFT
+    return None
+
+
+def look_at(image: NDArray[np.uint8]) -> Look:
+    """What a picture, (height, width, 3) BGR, is like, by its green, which is most of the brightness."""
+    height, width = image.shape[:2]
+    first, last = (int(part * height) for part in ROWS)
+    factor = max(round(width / WIDTH), 1)
+    lines = image[first : last + 1 : max((last - first) // LINES, 1), : width // factor * factor, 1]
+    small = cv2.resize(lines, (width // factor, len(lines)), interpolation=cv2.INTER_AREA)
+    grey = small.astype(np.float32)
+    slopes = cv2.sepFilter2D(grey, -1, _DIFFERENCE, _ONE)
+    again = np.abs(cv2.sepFilter2D(slopes, -1, _BLUR, _ONE))
+    slopes = np.abs(slopes)
+    inner = slopes[:, 1:-1]
+    edges = (inner >= slopes[:, :-2]) & (inner > slopes[:, 2:])
+    steep, blurred = inner[edges], again[:, 1:-1][edges]
+    count, pixels = len(steep), grey.size
+    blur = math.nan
+    if count >= FEWEST_EDGES:
+        most = min(max(round(EDGES_PART * pixels), FEWEST_EDGES), count)
+        steepest = np.argpartition(steep, count - most)[count - most :]
+        ratio = np.median(steep[steepest] / np.maximum(blurred[steepest], 1e-3))
+        blur = AGAIN_PX / math.sqrt(max(float(ratio) ** 2 - 1, 1e-3)) * factor / width
+    standing_out = pixels - max(round(CONTRAST_PART * pixels), 1)
+    contrast = np.partition(again, standing_out, axis=None)[standing_out]
+    return Look(blur, float(contrast), float(np.median(small)), float(np.mean(small >= WHITE)))
+
+
+_ONE = np.ones(1, np.float32)
+_DIFFERENCE = np.array([-0.5, 0.0, 0.5], np.float32)
+_BLUR = cv2.getGaussianKernel(9, AGAIN_PX, cv2.CV_32F)
