@@ -11,7 +11,7 @@ import yaml
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import MOST_YAML_BYTES, yaml_value
 from fcw.bounded.pictures import LONGEST_SIDE_PX
-from fcw.camera.calibration import Calibration, GroundPoint, GroundRectangle, NumberPlate, Priors
+from fcw.camera.calibration import Calibration, GroundRectangle, NumberPlate, Priors
 from fcw.camera.file_fields import PRIOR_FIELDS, Fields
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.lens.model import Lens
@@ -181,40 +181,14 @@ def parse_calibration(text: str, name: str) -> Calibration:
     Raises:
         UserError: naming file, field, value and what was expected.
     """
-    try:
-        document = yaml_value(text)
-    except MalformedError as error:
-        raise UserError(f"{name}: not a YAML file ({error}); make one with `fcw calibrate`") from error
-    if not isinstance(document, dict) or VERSION_FIELD not in document:
-        raise UserError(
-            f"{name}: not a calibration of fcw: the field {VERSION_FIELD} is missing; "
-            "make one with `fcw calibrate`"
-        )
-    version = document[VERSION_FIELD]
-    if version not in READABLE_VERSIONS:
-        readable = ", ".join(map(str, READABLE_VERSIONS))
-        raise UserError(
-            f"{name}: {VERSION_FIELD} is {version!r}, this program reads {readable}; "
-            "calibrate again with `fcw calibrate`, or use the program that wrote the file"
-        )
-    fields = Fields(name, "", document)
-    fields.take(VERSION_FIELD)
+    version, fields = _versioned(text, name)
     size = fields.section("image_size")
     image_size = ImageSize(size.count("width"), size.count("height"))
     size.finish()
     height_m = fields.number("height_m", positive=True, at_least=LEAST_HEIGHT_M, at_most=MOST_M)
     offset_m = fields.number("reference_offset_m", at_least=0.0, at_most=MOST_M)
     row_sigma_px = fields.number("row_sigma_px", at_least=0.0, at_most=LONGEST_SIDE_PX)
-    points = []
-    for item in fields.sections("points"):
-        points.append(
-            GroundPoint(
-                item.number("distance_m", positive=True, at_most=MOST_M),
-                item.number("row_px"),
-                item.optional_number("column_px"),
-            )
-        )
-        item.finish()
+    points = fields.points("points")
     residuals = fields.numbers("residuals_px", len(points))
     priors = fields.priors("priors")
     assumed, tape_error, orientation, lens, rectangles, plates = Priors(), 0.0, LEVEL, None, (), ()
@@ -248,7 +222,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
     calibration = Calibration(
         camera,
         image_size,
-        tuple(points),
+        points,
         row_sigma_px,
         support,
         covariance,
@@ -263,13 +237,41 @@ def parse_calibration(text: str, name: str) -> Calibration:
         plates,
         undone,
     )
-    rows_px = calibration.straight_rows_px
-    for index, (point, row_px, residual) in enumerate(zip(points, rows_px, residuals, strict=True)):
-        expected = row_px - camera.row_at(point.distance_m + offset_m)
+    _check_residuals(calibration, name)
+    return calibration
+
+
+def _versioned(text: str, name: str) -> tuple[int, Fields]:
+    """The version of a file, and its other fields."""
+    try:
+        document = yaml_value(text)
+    except MalformedError as error:
+        raise UserError(f"{name}: not a YAML file ({error}); make one with `fcw calibrate`") from error
+    if not isinstance(document, dict) or VERSION_FIELD not in document:
+        raise UserError(
+            f"{name}: not a calibration of fcw: the field {VERSION_FIELD} is missing; "
+            "make one with `fcw calibrate`"
+        )
+    version = document[VERSION_FIELD]
+    if version not in READABLE_VERSIONS:
+        readable = ", ".join(map(str, READABLE_VERSIONS))
+        raise UserError(
+            f"{name}: {VERSION_FIELD} is {version!r}, this program reads {readable}; "
+            "calibrate again with `fcw calibrate`, or use the program that wrote the file"
+        )
+    fields = Fields(name, "", document)
+    fields.take(VERSION_FIELD)
+    return version, fields
+
+
+def _check_residuals(calibration: Calibration, name: str) -> None:
+    """See that points and camera are still those of one calibration."""
+    told = zip(calibration.points, calibration.straight_rows_px, calibration.residuals_px, strict=True)
+    for index, (point, row_px, residual) in enumerate(told):
+        expected = row_px - calibration.camera.row_at(point.distance_m + calibration.reference_offset_m)
         if not abs(expected - residual) <= RESIDUAL_TOLERANCE_PX:
             raise UserError(
                 f"{name}: residuals_px[{index}] is {residual:g}, but the point {point} lies {expected:g} px "
                 "from the row of the camera in the file: it was changed after calibrating; "
                 "run `fcw calibrate` again with the points"
             )
-    return calibration

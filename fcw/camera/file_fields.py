@@ -6,8 +6,18 @@ from typing import Any
 import numpy as np
 
 from fcw.bounded.pictures import LONGEST_SIDE_PX
-from fcw.camera.calibration import Gaussian, GroundRectangle, Matrix3, NumberPlate, Places, Priors, Vector3
+from fcw.camera.calibration import (
+    Gaussian,
+    GroundPoint,
+    GroundRectangle,
+    Matrix3,
+    NumberPlate,
+    Places,
+    Priors,
+    Vector3,
+)
 from fcw.camera.lens.model import COEFFICIENT_COUNTS, DISTORTION_MODELS, Lens
+from fcw.camera.points import MOST_M
 from fcw.camera.straight import MOST_TURN_RAD, Orientation
 from fcw.errors import UserError
 from fcw.frame import ImageSize
@@ -198,6 +208,16 @@ class Fields:
         ):
             raise self.wrong(field, value, "a symmetric matrix without negative eigenvalues")
         return rows[0], rows[1], rows[2]
+
+    def points(self, field: str) -> tuple[GroundPoint, ...]:
+        """Points of the road."""
+        found = []
+        for section in self.sections(field):
+            distance_m = section.number("distance_m", positive=True, at_most=MOST_M)
+            row_px, column_px = section.number("row_px"), section.optional_number("column_px")
+            section.finish()
+            found.append(GroundPoint(distance_m, row_px, column_px))
+        return tuple(found)
 
     def rectangles(self, field: str) -> tuple[GroundRectangle, ...]:
         """Rectangles on the road."""

@@ -1,8 +1,8 @@
 """`fcw batch`: many drives on many cores, one table of their events, and what came of each drive."""
 
 import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
@@ -11,18 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from fcw_viz.console_text import one_line
+from fcw_viz.exit_codes import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import TaskID
     from rich.table import Table
 
+    from fcw.batch.identity import BatchOptions
     from fcw.batch.ledger import Record
+    from fcw.batch.plan import Plan
 
 SHOWN_RUNNING = 16
 """Drives under way that the live table has lines for."""
-
-
 MOST_WORKERS = 512
 """On one machine."""
 
@@ -70,47 +71,21 @@ class BatchCommand:
 
 
 def run_batch(command: BatchCommand) -> int:
-    """Run `fcw batch`; returns the exit code."""
-    from fcw.batch.cluster import connected, run_tasks
-    from fcw.batch.drives import find_batch_drives
-    from fcw.batch.fleet import FLEET_NAME
-    from fcw.batch.identity import BatchOptions
-    from fcw.batch.ledger import Ledger, State, as_json
-    from fcw.batch.plan import plan_batch
-    from fcw.batch.tables import EVENTS_NAME, check_batch_folder, write_tables
-    from fcw.detection.choice import ONNX_PREFIX, load_model, model_path
-    from fcw.errors import UserError
-    from fcw.warning.policies import make_policy
-    from fcw_viz.console import MESSAGES, RESULTS, print_json, progress
+    """Run `fcw batch`; returns the exit code.
 
-    if not command.sources:
-        raise UserError("fcw batch: no drive given; name videos, MCAP files, or folders of them")
-    if command.workers is not None and (
-        not 1 <= command.workers <= MOST_WORKERS or command.scheduler is not None
-    ):
-        raise UserError(
-            f"--workers {command.workers}: expected at least 1 and at most {MOST_WORKERS}, and not with "
-            "--scheduler, which has its own"
-        )
-    if not command.piece_minutes >= 0:
-        raise UserError(f"--piece-minutes {command.piece_minutes:g}: expected 0 or more")
-    model = model_path(command.detector, command.model)
-    load_model(
-        command.detector, path=command.model
-    )  # what is wrong with it is said once, and not by each drive
-    make_policy(command.warning_policy, command.warning_timing)
+    Raises:
+        UserError: an option is wrong, or the batch's folder or a table cannot be written.
+    """
+    from fcw.batch.drives import find_batch_drives
+    from fcw.batch.ledger import Ledger, State
+    from fcw.batch.plan import plan_batch
+    from fcw.batch.tables import check_batch_folder, write_tables
+    from fcw_viz.console import MESSAGES, progress
+
+    _check(command)
+    options = _options(command)
     # The workers of a scheduler have working folders of their own.
     out, calibration = command.out.absolute(), command.calibration and command.calibration.absolute()
-    detector = command.detector
-    if detector.startswith(ONNX_PREFIX):
-        detector = f"{ONNX_PREFIX}{model.absolute()}"
-    options = BatchOptions(
-        detector,
-        command.warning_policy,
-        command.warning_timing,
-        not command.no_own_motion,
-        str(model.absolute()) if command.model is not None else "",
-    )
     check_batch_folder(out)
     drives = find_batch_drives(command.sources, calibration, command.topic)
     ledger = Ledger(out)
@@ -123,18 +98,9 @@ def run_batch(command: BatchCommand) -> int:
     records |= {task.drive.name: task.record(State.LOST, "the batch was stopped") for task in plan.tasks}
     interrupted = False
     try:
-        if plan.tasks:
-            with connected(command.scheduler, command.workers) as client:
-                if client.cluster is not None and client.cluster.scheduler is not None:
-                    from fcw_viz.page.guard.dashboard import guard_dashboard
-
-                    guard_dashboard(client.cluster.scheduler.http_application)
-                if client.dashboard_link:
-                    MESSAGES.print(f"Dask's dashboard: {client.dashboard_link}")
-                with _live_table(len(plan.tasks), MESSAGES) as shown:
-                    for record in run_tasks(client, plan.tasks, shown.advance):
-                        records[record.name] = record
-                        shown.finish(record)
+        with closing(_run(command, plan)) as done:
+            for record in done:
+                records[record.name] = record
     except KeyboardInterrupt:
         interrupted = True
     finally:
@@ -144,27 +110,92 @@ def run_batch(command: BatchCommand) -> int:
         records |= {record.name: record for record in unreadable}
         ledger.write_manifest((ledger.finished | records).values(), plan.identities)
     ordered = [records[name] for name in sorted(records)]
-    if command.json:
-        print_json([as_json(record) for record in ordered])
-    else:
-        RESULTS.print(_result_table(ordered))
-        for record in ordered:
-            if record.reason:  # whole lines, for commands and paths are there to be copied
-                RESULTS.print(one_line(f"{record.name}: {record.reason}"), soft_wrap=True, markup=False)
-            for note in record.notes:
-                RESULTS.print(one_line(f"{record.name}: note: {note}"), soft_wrap=True, markup=False)
-        done = sum(record.state is State.DONE for record in ordered)
-        earlier = len(ledger.finished.keys() - records)
-        also = f" and {earlier} of earlier batches" if earlier else ""
-        for line in (
-            f"{done} of {len(ordered)} drives done{also}, {events} event{'s' * (events != 1)} "
-            f"in {command.out / EVENTS_NAME}",
-            f"look at them: {command.out / FLEET_NAME}; review them: fcw review {quote(str(command.out))}",
-        ):
-            RESULTS.print(one_line(line), soft_wrap=True, markup=False)
+    _report(command, ordered, events, earlier=len(ledger.finished.keys() - records))
     if interrupted:
-        return 130
-    return 0 if all(record.state in (State.DONE, State.DUPLICATE) for record in ordered) else 2
+        return EXIT_INTERRUPTED
+    return 0 if all(record.state in (State.DONE, State.DUPLICATE) for record in ordered) else EXIT_WRONG_INPUT
+
+
+def _check(command: BatchCommand) -> None:
+    """See that the options make sense: what is wrong is said once, and not by each drive."""
+    from fcw.detection.choice import load_model
+    from fcw.errors import UserError
+    from fcw.warning.policies import make_policy
+
+    if not command.sources:
+        raise UserError("fcw batch: no drive given; name videos, MCAP files, or folders of them")
+    if command.workers is not None and (
+        not 1 <= command.workers <= MOST_WORKERS or command.scheduler is not None
+    ):
+        raise UserError(
+            f"--workers {command.workers}: expected at least 1 and at most {MOST_WORKERS}, and not with "
+            "--scheduler, which has its own"
+        )
+    if not command.piece_minutes >= 0:
+        raise UserError(f"--piece-minutes {command.piece_minutes:g}: expected 0 or more")
+    load_model(command.detector, path=command.model)
+    make_policy(command.warning_policy, command.warning_timing)
+
+
+def _options(command: BatchCommand) -> "BatchOptions":
+    """How all drives are run; paths are whole, for workers elsewhere."""
+    from fcw.batch.identity import BatchOptions
+    from fcw.detection.choice import ONNX_PREFIX, model_path
+
+    model = model_path(command.detector, command.model).absolute()
+    return BatchOptions(
+        f"{ONNX_PREFIX}{model}" if command.detector.startswith(ONNX_PREFIX) else command.detector,
+        command.warning_policy,
+        command.warning_timing,
+        not command.no_own_motion,
+        str(model) if command.model is not None else "",
+    )
+
+
+def _run(command: BatchCommand, plan: "Plan") -> Generator["Record", None, None]:
+    """Run what is left, with a table of it on a terminal; what came of each drive, as soon as it is known."""
+    from fcw.batch.cluster import connected, run_tasks
+    from fcw_viz.console import MESSAGES
+
+    if not plan.tasks:
+        return
+    with connected(command.scheduler, command.workers) as client:
+        if client.cluster is not None and client.cluster.scheduler is not None:
+            from fcw_viz.page.guard.dashboard import guard_dashboard
+
+            guard_dashboard(client.cluster.scheduler.http_application)
+        if client.dashboard_link:
+            MESSAGES.print(f"Dask's dashboard: {client.dashboard_link}")
+        with _live_table(len(plan.tasks), MESSAGES) as shown:
+            for record in run_tasks(client, plan.tasks, shown.advance):
+                yield record
+                shown.finish(record)
+
+
+def _report(command: BatchCommand, records: Sequence["Record"], events: int, earlier: int) -> None:
+    """Print what came of each drive, and where to look; `earlier` drives are of other batches."""
+    from fcw.batch.fleet import FLEET_NAME
+    from fcw.batch.ledger import State, as_json
+    from fcw.batch.tables import EVENTS_NAME
+    from fcw_viz.console import RESULTS, print_json
+
+    if command.json:
+        print_json([as_json(record) for record in records])
+        return
+    RESULTS.print(_result_table(records))
+    for record in records:
+        if record.reason:  # whole lines, for commands and paths are there to be copied
+            RESULTS.print(one_line(f"{record.name}: {record.reason}"), soft_wrap=True, markup=False)
+        for note in record.notes:
+            RESULTS.print(one_line(f"{record.name}: note: {note}"), soft_wrap=True, markup=False)
+    done = sum(record.state is State.DONE for record in records)
+    also = f" and {earlier} of earlier batches" if earlier else ""
+    for line in (
+        f"{done} of {len(records)} drives done{also}, {events} event{'s' * (events != 1)} "
+        f"in {command.out / EVENTS_NAME}",
+        f"look at them: {command.out / FLEET_NAME}; review them: fcw review {quote(str(command.out))}",
+    ):
+        RESULTS.print(one_line(line), soft_wrap=True, markup=False)
 
 
 class _Shown:
