@@ -6,11 +6,10 @@ exit code as later.
 
 import sys
 
-from fcw_viz.signals import EXIT_INTERRUPTED, keep_exit_code, signals_as_interrupts
+from fcw_viz.exit_codes import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
+from fcw_viz.signals import keep_exit_code, signals_as_interrupts
 from fcw_viz.system_limits import limits_trouble
 from fcw_viz.unread_output import go_on_unread
-
-EXIT_WRONG_INPUT = 2
 
 
 def main() -> int:

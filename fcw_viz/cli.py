@@ -32,11 +32,11 @@ from fcw_viz.commands.run.options import RunCommand
 from fcw_viz.commands.simulate import SimulateCommand, run_simulate
 from fcw_viz.commands.train import TrainCommand, run_train
 from fcw_viz.console_text import printable
+from fcw_viz.exit_codes import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from fcw_viz.option_help import registry
 from fcw_viz.outputs import check_outputs
-from fcw_viz.signals import EXIT_INTERRUPTED, signals_as_interrupts
+from fcw_viz.signals import signals_as_interrupts
 
-EXIT_WRONG_INPUT = 2
 DESCRIPTION = """Forward collision warning from one dash camera: calibrate, detect, range, warn, log.
 
 fcw COMMAND --help lists the options of a command, fcw --version prints the version."""

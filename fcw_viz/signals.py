@@ -10,7 +10,6 @@ from types import FrameType
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that ask a program to end; Windows has no SIGHUP."""
-EXIT_INTERRUPTED = 130
 
 
 class Interrupted(KeyboardInterrupt):

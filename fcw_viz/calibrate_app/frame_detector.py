@@ -90,7 +90,7 @@ def _in_picture(box: Box, way: Straightening) -> Box:
 
 
 def make_acf(calibration: Calibration) -> Detector:
-    """The pipeline's default detector.
+    """The paper's detector, whose windows follow from the calibration that is checked.
 
     Raises:
         UserError: by the calibration the road is not in the picture.

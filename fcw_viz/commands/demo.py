@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from fcw.errors import UserError
 from fcw_viz.commands.run.report import report_drive
+from fcw_viz.exit_codes import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -59,7 +60,7 @@ def run_demo(command: DemoCommand) -> int:
         print_comparison(compare_with_truth(results, truth), console)
     report_drive(outcome, command.out, console)
     if outcome.interrupted:
-        return 130
+        return EXIT_INTERRUPTED
     if command.no_serve:
         return 0
     from fcw_viz.commands.review.command import run_review

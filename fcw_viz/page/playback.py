@@ -13,6 +13,10 @@ from fcw_viz.page.pictures import Pictures
 LARGEST_LAG_S = 0.4
 """Where leaving pictures out does not help against falling behind, playback slows down: one picture at least
 is shown in this time."""
+STOP_CHECK_S = 0.02
+"""Who plays waits for the thread that shows, but not when that wants it to stop."""
+KEY_ECHO_S = 0.3
+"""The space key also presses the button that was clicked last: one press counts once."""
 LONGEST_GAP_S = 2.0
 """Of a drive, that is waited for: its stamps may have one of hours."""
 

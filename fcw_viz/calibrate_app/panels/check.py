@@ -28,17 +28,13 @@ from fcw_viz.page.controls import on_button, on_choice
 from fcw_viz.page.picture.lines import LineOverlay
 from fcw_viz.page.picture.view import PictureView
 from fcw_viz.page.pictures import Pictures
-from fcw_viz.page.playback import Playback
+from fcw_viz.page.playback import KEY_ECHO_S, STOP_CHECK_S, Playback
 from fcw_viz.page.style import set_html, text_block
 
 PLAYBACK_QUALITY = 80
 """Of the JPEGs of a drive that plays: a quarter of the bytes of the pictures that are clicked in."""
 SLIDER_S = 0.4
 """While the drive plays, everything but the picture follows in such steps."""
-STOP_CHECK_S = 0.02
-"""The playback waits for the desk's thread, but not when that wants it to stop."""
-KEY_ECHO_S = 0.3
-"""The space key also presses the button that was clicked last: one press counts once."""
 REAL_TIME = "1×"
 SPEEDS = {"½×": 0.5, REAL_TIME: 1.0, "2×": 2.0}
 PLAY, STOP = "Play (space)", "Stop (space)"

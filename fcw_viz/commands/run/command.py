@@ -4,6 +4,7 @@ from pathlib import Path
 
 from fcw_viz.commands.run.options import RunCommand, job_of
 from fcw_viz.commands.run.report import report_drive
+from fcw_viz.exit_codes import EXIT_INTERRUPTED
 
 
 def run_run(command: RunCommand) -> int:
@@ -31,4 +32,4 @@ def run_run(command: RunCommand) -> int:
         print_json(outcome.summary)
     else:
         report_drive(outcome, job.out, RESULTS, imperial=job.imperial, rerun_log=rerun_log)
-    return 130 if outcome.interrupted else 0
+    return EXIT_INTERRUPTED if outcome.interrupted else 0

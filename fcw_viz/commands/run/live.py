@@ -18,6 +18,7 @@ from fcw_viz.commands.review.page import login_name
 from fcw_viz.commands.run.options import RECORDINGS, RunCommand, job_of
 from fcw_viz.commands.run.report import report_drive
 from fcw_viz.console import MESSAGES, RESULTS, note, print_json
+from fcw_viz.exit_codes import EXIT_INTERRUPTED
 from fcw_viz.jobs.drive import run_on_console
 from fcw_viz.jobs.rehearsal import rehearse
 from fcw_viz.live_app.feed import LiveFeed
@@ -63,7 +64,7 @@ def run_live(command: RunCommand) -> int:
             report_drive(outcome, job.out, RESULTS, imperial=job.imperial, rerun_log=rerun_log)
         if outcome.interrupted or not outcome.summary["frames"]:
             page.say_ended(f"The drive was ended by hand. Look at it with: fcw review {quote(str(job.out))}")
-            return 130
+            return EXIT_INTERRUPTED
         page.review(job.out / MCAP_NAME, login_name())
         MESSAGES.print(f"the drive has ended; its review is at {page.url} (Ctrl-C ends; everything is saved)")
         page.wait()

@@ -6,16 +6,13 @@ from typing import Protocol
 
 from fcw.errors import UserError
 from fcw_viz.page.controls import Run
+from fcw_viz.page.playback import KEY_ECHO_S, STOP_CHECK_S
 from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.place import LEAD_IN_S, Place
 from fcw_viz.review_app.time.player import SPEEDS, Player
 
 DRAWN_PATIENCE_S = 0.5
 """A browser that does not say that it has drawn a picture gets the next one after this."""
-STOP_CHECK_S = 0.02
-"""The player waits for the tab's thread, but not when that wants it to stop."""
-KEY_ECHO_S = 0.3
-"""The space key also presses the button that was clicked last: one press counts once."""
 
 
 class Stage(Protocol):
