@@ -3,14 +3,17 @@
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.choice import NET
+from fcw.detection.detector import Detection
 from fcw.detection.net.detector import NetDetector
 from fcw.detection.net.model import SHIPPED_NET_PATH, NetModel
 from fcw.job import DriveJob, prepare_drive
@@ -18,7 +21,7 @@ from fcw.logs.encode import VideoEncoder
 from fcw.logs.mcap.writer import McapSink
 from fcw.logs.names import MCAP_NAME, RRD_NAME
 from fcw.logs.records import Sink
-from fcw.motion.ego import EgoEstimator
+from fcw.motion.ego import NOTHING_KNOWN, Ego, EgoEstimator
 from fcw.pipeline import Stages, follow
 from fcw.threads import one_opencv_thread
 from fcw.tracking.tracker import Tracker
@@ -76,12 +79,18 @@ class _TimedTracker(Tracker):
         super().__init__(calibration)
         self._by_boxes, self._clock = Tracker(calibration), clock
 
-    def update(self, *arguments: Any, **named: Any) -> tuple[Track, ...]:  # noqa: ANN401 - as the tracker's
+    def update(
+        self,
+        time_ns: int,
+        detections: Sequence[Detection] | None,
+        ego: Ego = NOTHING_KNOWN,
+        image: NDArray[np.uint8] | None = None,
+    ) -> tuple[Track, ...]:
         """See `Tracker.update`."""
         with self._clock.stage(TRACKING):
-            self._by_boxes.update(*arguments, **named | {"image": None})
+            self._by_boxes.update(time_ns, detections, ego)
         with self._clock.stage(_WITH_PICTURE):
-            return super().update(*arguments, **named)
+            return super().update(time_ns, detections, ego, image)
 
 
 def stage_times(job: DriveJob, duration_s: float) -> dict[str, float]:
