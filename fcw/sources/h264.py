@@ -5,6 +5,8 @@ from dataclasses import dataclass
 _START_CODE = b"\x00\x00\x01"
 _SLICE, _IDR_SLICE, _SPS, _PPS = 1, 5, 7, 8
 _B_SLICE = 1
+_HEVC_PARAMETER_SETS = 32
+"""Of the types in H.265 the first that is no slice (ITU-T H.265, table 7-1)."""
 _SLICE_HEADER_BYTES = 16
 """Holds the first two Exp-Golomb numbers of a slice header, of at most 32 bits each, with room to spare."""
 
@@ -37,6 +39,20 @@ def inspect(annex_b: bytes) -> AccessUnit | None:
         kinds.add(kind)
         start = annex_b.find(_START_CODE, header)
     return None
+
+
+def holds_picture(annex_b: bytes, codec: str) -> bool:
+    """Whether a packet in Annex B form holds a slice of a picture; True of codecs that are not known here."""
+    if codec == "h264":
+        return inspect(annex_b) is not None
+    if codec != "hevc":
+        return True
+    start = annex_b.find(_START_CODE)
+    while start >= 0 and start + 3 < len(annex_b):
+        if annex_b[start + 3] >> 1 & 0x3F < _HEVC_PARAMETER_SETS:
+            return True
+        start = annex_b.find(_START_CODE, start + 3)
+    return False
 
 
 def _slice_type(slice_header: bytes) -> int:

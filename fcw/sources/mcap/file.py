@@ -213,7 +213,9 @@ class McapFile:
         """That the file is torn or damaged, once that is known."""
         return (f"{self.path.name}: the file was never finished or is damaged; read up to there",) * self.torn
 
-    def messages(self, topics: Iterable[str], start_log_ns: int | None = None) -> Iterator[Logged]:
+    def messages(
+        self, topics: Iterable[str], start_log_ns: int | None = None, as_they_stand: bool = False
+    ) -> Iterator[Logged]:
         """Messages of some topics: in the order of their log times, or of a file without index as they stand.
 
         A damaged file gives what stands before the damage, and `torn` is set.
@@ -224,7 +226,9 @@ class McapFile:
             try:
                 reader = SeekingReader(file) if self._indexed else NonSeekingReader(file)
                 for schema, channel, message in reader.iter_messages(
-                    set(topics), log_time_order=self._indexed, starting_at=start_log_ns
+                    set(topics),
+                    log_time_order=self._indexed and not as_they_stand,
+                    starting_at=start_log_ns,
                 ):
                     if message.log_time > LATEST_NS:
                         raise ValueError(f"a message logged at {message.log_time} ns")

@@ -7,19 +7,22 @@ kept as they are, mostly nanoseconds since 1970, so that a log lines up with the
 are read a chunk at a time, torn ones up to where they end.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import islice, pairwise
 from pathlib import Path
 
 from fcw.errors import UserError
 from fcw.frame import Source, VideoPacket
 from fcw.sources import h264
-from fcw.sources.mcap.file import Clock, McapFile, Topic, stray_notes
+from fcw.sources.mcap.file import Clock, McapFile, Timed, Topic, stray_notes
 from fcw.sources.mcap.images import McapImageSource
 from fcw.sources.mcap.pictures import PICTURE_TYPES, VIDEO_CODECS, VIDEO_TYPES
-from fcw.sources.mcap.video import PacketVideoSource, counted
+from fcw.sources.mcap.video import PacketVideoSource, counted, reorders
 
 OWN_LOG_TYPE = "fcw.VideoPacket"
 """Only this program's logs say of each packet whether it is shown."""
+ORDER_PACKETS = 64
+"""So many packets show their order: of no codec more than 16 pictures wait for others."""
 READ_ENCODINGS = ("protobuf with protobuf", "cdr with ros2msg")
 """Of messages, with those of their schemas."""
 
@@ -120,7 +123,23 @@ class _ForeignPackets:
     def __init__(self, file: McapFile, topic: Topic, codec: str) -> None:
         self._file, self._topic, self._codec = file, topic, codec
         self._clock = Clock.of(file, topic.name)
+        self._as_they_stand = self._log_times_disorder()
         self._before_keyframe, self._strays = 0, 0
+
+    def _log_times_disorder(self) -> bool:
+        """Whether the packets are in decoding order as they stand in the file, but not by their log times.
+
+        So it is with a video whose pictures refer to later ones, if whoever wrote the file gave each packet
+        the time of its picture for its log time: the times then step back as the packets stand.
+        """
+        by_log, standing = (
+            [*islice(self._clock.timed(self._file.messages([self._topic.name], None, stand)), ORDER_PACKETS)]
+            for stand in (False, True)
+        )
+        if _steps_back(by_log) or not _steps_back(standing):
+            return False
+        data = (each.message.read(lambda content: bytes(memoryview(content.data))) for each in standing)
+        return reorders(filter(None, data), self._codec)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -137,7 +156,7 @@ class _ForeignPackets:
         started = self._codec != "h264"
         before, strays = 0, 0
         search_ns = None if key_ns is None else self._clock.search_ns(key_ns)
-        messages = self._file.messages([self._topic.name], search_ns)
+        messages = self._file.messages([self._topic.name], search_ns, self._as_they_stand)
         for message, time_ns, stray in self._clock.timed(messages):
             strays += stray
             self._strays = max(strays, self._strays)
@@ -154,3 +173,7 @@ class _ForeignPackets:
             elif unit is not None:  # parameter sets alone are no picture
                 before += 1
                 self._before_keyframe = max(before, self._before_keyframe)
+
+
+def _steps_back(messages: Sequence[Timed]) -> bool:
+    return any(after.time_ns < before.time_ns for before, after in pairwise(messages))

@@ -1,6 +1,7 @@
 """A stream of video packets, one a picture, as MCAP logs hold them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -37,11 +38,13 @@ class _Table:
         times_ns: times of the pictures meant to be shown, ascending.
         keyframes_ns: times of the packets where decoding can start, ascending.
         relayable: no B slices, and it begins with a keyframe.
+        disordered: pictures refer to later ones, but stand in the order in which they are shown.
     """
 
     times_ns: NDArray[np.int64]
     keyframes_ns: NDArray[np.int64]
     relayable: bool
+    disordered: bool
 
 
 class PacketVideoSource:
@@ -80,7 +83,8 @@ class PacketVideoSource:
         self.name, self._label = name, label
         self._packets, self._codec, self._file_notes = packets, codec, file_notes
         self._notes: tuple[str, ...] = ()
-        self._undecodable = 0
+        self._undecodable = self._swallowed = 0
+        self._reorders = False
         first = next((picture for picture, _ in self._pictures(None)), None)
         if first is None:
             raise UserError(f"{label}: no picture in its {codec} video can be decoded; expected at least one")
@@ -156,12 +160,10 @@ class PacketVideoSource:
 
     def _pictures(self, key_ns: int | None) -> Iterator[tuple[VideoFrame, tuple[VideoPacket, ...]]]:
         """Every picture that decodes, with the packets since the one before, its own last."""
-        codec = CodecContext.create(self._codec, "r")
-        assert isinstance(codec, VideoCodecContext)
-        codec.thread_type = "SLICE"
-        codec.options = DECODER_OPTIONS
+        codec = _decoder(self._codec)
         fed: dict[int, VideoPacket] = {}
         handed = -1
+        expected, given, refused = 0, 0, self._undecodable
 
         def taken(picture: VideoFrame) -> tuple[VideoFrame, tuple[VideoPacket, ...]]:
             nonlocal handed
@@ -176,22 +178,39 @@ class PacketVideoSource:
             encoded = Packet(packet.data)
             encoded.pts = encoded.dts = number
             fed[number] = packet
+            expected += h264.holds_picture(packet.data, self._codec)
             try:
                 pictures = codec.decode(encoded)
             except FFmpegError:
                 self._undecodable += 1
                 pictures = []
+            self._reorders |= bool(codec.has_b_frames)
+            given += len(pictures)
             for picture in pictures:
                 yield taken(picture)
         try:
             for picture in codec.decode(None):
+                given += 1
                 yield taken(picture)
         except FFmpegError:
             self._undecodable += 1
+        # FFmpeg says nothing of pictures that it leaves out because what they refer to is not there.
+        self._swallowed = max(expected - given - (self._undecodable - refused), 0)
 
     def _lost(self, late: int) -> Iterator[str]:
         if self._undecodable:
             yield f"{self._label}: {counted(self._undecodable)} damaged beyond decoding, left out"
+        if self._swallowed:
+            yield (
+                f"{self._label}: {counted(self._swallowed)} left out by the decoder: what they refer to is "
+                "missing, or stands after them"
+            )
+        if self._table.disordered:
+            yield (
+                f"{self._label}: pictures refer to later ones (B frames), but stand in the order in which "
+                "they are shown, so they come out damaged: write the packets in decoding order, or encode "
+                "without B frames"
+            )
         if late:
             yield f"{self._label}: {counted(late)} with a time not after the one before, left out"
 
@@ -211,8 +230,29 @@ class PacketVideoSource:
             if packet.shown:
                 times_ns.append(packet.time_ns)
         times = np.array(times_ns, np.int64)
-        rising = times if bidirectional or not len(times) else np.maximum.accumulate(times)
-        return _Table(np.unique(rising), np.unique(np.array(keyframes_ns, np.int64)), plain)
+        reordered = bidirectional or self._reorders
+        rising = times if reordered or not len(times) else np.maximum.accumulate(times)
+        disordered = bidirectional and self._reorders and bool(np.all(np.diff(times) > 0))
+        return _Table(np.unique(rising), np.unique(np.array(keyframes_ns, np.int64)), plain, disordered)
+
+
+def reorders(packets: Iterable[bytes], codec_name: str) -> bool:
+    """Whether a video shows pictures in another order than it has them, by its first packets."""
+    codec = _decoder(codec_name)
+    for packet in packets:
+        with suppress(FFmpegError):  # one before the first keyframe
+            codec.decode(Packet(packet))
+        if codec.has_b_frames:
+            return True
+    return False
+
+
+def _decoder(codec_name: str) -> VideoCodecContext:
+    codec = CodecContext.create(codec_name, "r")
+    assert isinstance(codec, VideoCodecContext)
+    codec.thread_type = "SLICE"
+    codec.options = DECODER_OPTIONS
+    return codec
 
 
 def frame_rate_hz(times_ns: NDArray[np.int64]) -> float:
