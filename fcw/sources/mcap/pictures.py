@@ -24,6 +24,10 @@ _RAW_FORMS: dict[str, tuple[int, int | None]] = {
     "yuv422": (2, cv2.COLOR_YUV2BGR_UYVY),
     "yuyv": (2, cv2.COLOR_YUV2BGR_YUYV),
     "yuv422_yuy2": (2, cv2.COLOR_YUV2BGR_YUYV),
+    "bayer_rggb8": (1, cv2.COLOR_BayerRGGB2BGR),
+    "bayer_grbg8": (1, cv2.COLOR_BayerGRBG2BGR),
+    "bayer_gbrg8": (1, cv2.COLOR_BayerGBRG2BGR),
+    "bayer_bggr8": (1, cv2.COLOR_BayerBGGR2BGR),
 }
 """Bytes a pixel of each encoding, and OpenCV's conversion to BGR; names as in foxglove.RawImage and ROS 2."""
 

@@ -1,13 +1,14 @@
-"""Of pictures whose messages are in an encoding that is not read here, the encoding is named."""
+"""Pictures as cameras encode them, and clear words on messages in an encoding that is not read here."""
 
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from mcap.writer import Writer
-from mcap_files import ROS_SCHEMAS, START_NS, ros_file, ros_header
+from mcap_files import ROS_SCHEMAS, START_NS, ros_file, ros_header, ros_image
 
 from fcw.errors import UserError
 from fcw.sources import open_source
@@ -59,3 +60,17 @@ def test_a_video_in_messages_of_single_pictures_is_told_by_its_format(tmp_path):
     path = ros_file(tmp_path / "drive.mcap", [("/front", COMPRESSED, START_NS, message)])
     with pytest.raises(UserError, match=r"can be decoded \(they state the format 'h264'\); expected"):
         open_source(path)
+
+
+@pytest.mark.parametrize("pattern", ["rggb", "grbg", "gbrg", "bggr"])
+@pytest.mark.parametrize("size", [(8, 6), (7, 5)])
+def test_what_a_colour_filter_lets_through_becomes_the_colour(tmp_path, pattern, size):
+    # sensor_msgs/image_encodings: the letters are the filters of the first two rows' first two pixels.
+    width, height = size
+    seen = {"b": 10, "g": 120, "r": 250}
+    filters = [[seen[letter] for letter in pattern[row : row + 2]] for row in (0, 2)]
+    mosaic = np.tile(np.array(filters, np.uint8), (height, width))[:height, :width, None]
+    message = ros_image(np.ascontiguousarray(mosaic), f"bayer_{pattern}8", START_NS)
+    path = ros_file(tmp_path / "drive.mcap", [("/front", "sensor_msgs/msg/Image", START_NS, message)])
+    (frame,) = open_source(path).frames()
+    assert np.array_equal(frame.image, np.full((height, width, 3), [10, 120, 250]))
