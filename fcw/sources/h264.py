@@ -41,6 +41,11 @@ def inspect(annex_b: bytes) -> AccessUnit | None:
     return None
 
 
+def is_annex_b(data: bytes) -> bool:
+    """Whether a packet begins with a start code, and not with a length as those in an MP4 file."""
+    return data.startswith((_START_CODE, b"\0" + _START_CODE))
+
+
 def holds_picture(annex_b: bytes, codec: str) -> bool:
     """Whether a packet in Annex B form holds a slice of a picture; True of codecs that are not known here."""
     if codec == "h264":

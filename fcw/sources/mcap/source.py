@@ -10,11 +10,12 @@ are read a chunk at a time, torn ones up to where they end.
 from collections.abc import Iterator, Sequence
 from itertools import islice, pairwise
 from pathlib import Path
+from typing import Any
 
 from fcw.errors import UserError
 from fcw.frame import Source, VideoPacket
 from fcw.sources import h264
-from fcw.sources.mcap.file import Clock, McapFile, Timed, Topic, stray_notes
+from fcw.sources.mcap.file import DELAY_MARGIN_NS, Clock, McapFile, Timed, Topic, stray_notes
 from fcw.sources.mcap.images import McapImageSource
 from fcw.sources.mcap.pictures import PICTURE_TYPES, VIDEO_CODECS, VIDEO_TYPES
 from fcw.sources.mcap.video import PacketVideoSource, counted, reorders
@@ -23,6 +24,8 @@ OWN_LOG_TYPE = "fcw.VideoPacket"
 """Only this program's logs say of each packet whether it is shown."""
 ORDER_PACKETS = 64
 """So many packets show their order: of no codec more than 16 pictures wait for others."""
+MOST_PARAMETER_BYTES = 1 << 16
+"""Of parameter sets that come in messages of their own."""
 READ_ENCODINGS = ("protobuf with protobuf", "cdr with ros2msg")
 """Of messages, with those of their schemas."""
 
@@ -53,7 +56,10 @@ def open_mcap(path: Path, topic: str | None = None) -> Source:
         source.zero_utc_ns = log.header.zero_utc_ns
         return source
     packets = _ForeignPackets(file, pictures, codec)
-    return PacketVideoSource(path.name, label, packets, codec, lambda: packets.notes)
+    try:
+        return PacketVideoSource(path.name, label, packets, codec, lambda: packets.notes)
+    except UserError as error:
+        raise UserError(f"{error}{packets.other_form}") from None
 
 
 def is_own_log(file: McapFile) -> bool:
@@ -138,8 +144,20 @@ class _ForeignPackets:
         )
         if _steps_back(by_log) or not _steps_back(standing):
             return False
-        data = (each.message.read(lambda content: bytes(memoryview(content.data))) for each in standing)
+        data = (each.message.read(_data) for each in standing)
         return reorders(filter(None, data), self._codec)
+
+    @property
+    def other_form(self) -> str:
+        """What to do where the packets have lengths instead of start codes, as in an MP4 file."""
+        first = next(self._file.messages([self._topic.name]), None)
+        data = None if first is None else first.read(_data)
+        if not data or self._codec not in ("h264", "hevc") or h264.is_annex_b(data):
+            return ""
+        return (
+            "; its packets do not begin with a start code (Annex B), but may be as in an MP4 file: convert "
+            f"them with FFmpeg's {self._codec}_mp4toannexb"
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -155,24 +173,36 @@ class _ForeignPackets:
         """See `PacketStream`."""
         started = self._codec != "h264"
         before, strays = 0, 0
-        search_ns = None if key_ns is None else self._clock.search_ns(key_ns)
+        # Before the keyframe there may be a message with its parameter sets.
+        search_ns = None if key_ns is None else max(self._clock.search_ns(key_ns) - DELAY_MARGIN_NS, 0)
         messages = self._file.messages([self._topic.name], search_ns, self._as_they_stand)
+        apart = b""
         for message, time_ns, stray in self._clock.timed(messages):
             strays += stray
             self._strays = max(strays, self._strays)
-            if key_ns is not None and time_ns < key_ns:
-                continue
-            data = message.read(lambda content: bytes(memoryview(content.data)))
+            data = message.read(_data)
             if data is None:
                 continue
-            unit = h264.inspect(data) if self._codec == "h264" else None
+            unit = None
+            if self._codec == "h264":
+                data, apart = apart + data, b""
+                unit = h264.inspect(data)
+                if unit is None and h264.is_annex_b(data):
+                    apart = data[-MOST_PARAMETER_BYTES:]  # parameter sets alone are no picture
+                    continue
+            if key_ns is not None and time_ns < key_ns:
+                continue
             keyframe = unit is not None and unit.idr and unit.parameter_sets
             started |= keyframe
             if started:
                 yield VideoPacket(data, time_ns, keyframe, shown=True)
-            elif unit is not None:  # parameter sets alone are no picture
+            elif unit is not None:
                 before += 1
                 self._before_keyframe = max(before, self._before_keyframe)
+
+
+def _data(content: Any) -> bytes:  # noqa: ANN401 - of any schema
+    return bytes(memoryview(content.data))
 
 
 def _steps_back(messages: Sequence[Timed]) -> bool:
