@@ -8,8 +8,13 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fcw.camera.calibration import Calibration
 from fcw.camera.file import parse_calibration
+from fcw.camera.lens.files import MODELS
+from fcw.camera.lens.model import COEFFICIENT_COUNTS, Lens
+from fcw.frame import ImageSize
 from fcw.sources.mcap.file import Clock, McapFile, Topic, stray_notes
 from fcw.sources.mcap.pictures import PICTURE_TYPES
 from fcw.sources.mcap.source import is_own_log, picture_topic
@@ -18,6 +23,9 @@ from fcw.warning.ego_speed import HIGHEST_SPEED_MPS, EgoSpeed
 CALIBRATION_NAME = "calibration.yaml"
 """Attachment in which this program's logs keep their calibration; other files may have one as well."""
 RESULT_TYPE = "fcw.FrameResult"
+RECTIFIED = "rect"
+"""In names of topics whose pictures were made straight: ROS's image_rect, image_rect_color."""
+LEAST_BENT_PX = 1.0
 COMMAND_WORDS = ("cmd", "command", "control", "target", "desired")
 """In names of topics that say what speed somebody wants."""
 
@@ -59,6 +67,7 @@ class McapFacts:
         pictures: the topic of the pictures.
         other_pictures: topics of other cameras' pictures, for which a calibration beside the file may be.
         notes: what of it a person should know.
+        bent_px: how far that camera info's lens moves a corner of the picture.
     """
 
     calibration: Calibration | None
@@ -68,6 +77,17 @@ class McapFacts:
     pictures: str
     other_pictures: tuple[str, ...]
     notes: tuple[str, ...]
+    bent_px: float = 0.0
+
+    def notes_on_lens(self, calibration: Calibration) -> tuple[str, ...]:
+        """That the file knows a lens that bends lines, and the calibration of its pictures none."""
+        if calibration.lens is not None or self.bent_px < LEAST_BENT_PX or RECTIFIED in self.pictures.lower():
+            return ()
+        return (
+            f"by {self.camera_topic} the lens moves the picture's corners by {self.bent_px:.0f} px, and the "
+            "calibration has no lens: unless these pictures are rectified, distances are off beside the "
+            "middle; give the lens with `fcw calibrate --lens`",
+        )
 
     def notes_on_calibration(self, beside: Path) -> tuple[str, ...]:
         """That a calibration beside the file, which names no camera, may be another one's."""
@@ -97,9 +117,11 @@ def mcap_facts(path: Path, topic: str | None = None) -> McapFacts:
     if attached is not None:
         calibration = parse_calibration(attached.decode("utf-8", "replace"), f"{path}: {CALIBRATION_NAME}")
     ego_speed, notes = _ego_speed(file, Clock.of(file, pictures.name).stamps and not is_own_log(file))
-    field_of_view_rad, camera_topic = _field_of_view(file, pictures)
+    field_of_view_rad, camera_topic, bent_px = _camera_info(file, pictures)
     others = _others(file, pictures)
-    return McapFacts(calibration, ego_speed, field_of_view_rad, camera_topic, pictures.name, others, notes)
+    return McapFacts(
+        calibration, ego_speed, field_of_view_rad, camera_topic, pictures.name, others, notes, bent_px
+    )
 
 
 def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str, ...]]:
@@ -162,8 +184,10 @@ def _speeds(
     return EgoSpeed(tuple(times_s), tuple(speeds_mps[time_s] for time_s in times_s)), strays, beyond
 
 
-def _field_of_view(file: McapFile, pictures: Topic) -> tuple[float | None, str]:
+def _camera_info(file: McapFile, pictures: Topic) -> tuple[float | None, str, float]:
     """Of the camera info with a focal length that belongs to a topic of pictures: the nearest by its name.
+
+    Its field of view, its topic, and how far it bends the picture.
 
     One that is nearer to other pictures is another camera's. Of several that are as near, one that names the
     pictures' own frame of reference goes first.
@@ -171,7 +195,7 @@ def _field_of_view(file: McapFile, pictures: Topic) -> tuple[float | None, str]:
     first = next(file.messages([pictures.name]), None)
     frame_id = None if first is None else first.read(_frame_id)
     others = _others(file, pictures)
-    found: list[tuple[int, bool, float, str]] = []
+    found: list[tuple[int, bool, float, str, float]] = []
     for topic in file.topics:
         if topic.type not in _CAMERA_TYPES or not topic.readable:
             continue
@@ -181,11 +205,12 @@ def _field_of_view(file: McapFile, pictures: Topic) -> tuple[float | None, str]:
         if message is None or angle_rad is None:
             continue
         if all(_shared_levels(topic.name, other) <= shared for other in others):
-            found.append((shared, message.read(_frame_id) == frame_id, angle_rad, topic.name))
+            same_frame, bent_px = message.read(_frame_id) == frame_id, message.read(_bent_px) or 0.0
+            found.append((shared, same_frame, angle_rad, topic.name, bent_px))
     nearest = max((one[:2] for one in found), default=None)
     best = [one for one in found if one[:2] == nearest]
-    if len({angle_rad for _, _, angle_rad, _ in best}) != 1:
-        return None, ""  # whose any of them is cannot be told
+    if len({angle_rad for _, _, angle_rad, *_ in best}) != 1:
+        return None, "", 0.0  # whose any of them is cannot be told
     return best[0][2:]
 
 
@@ -211,3 +236,18 @@ def _angle_of_view_rad(content: Any) -> float | None:  # noqa: ANN401 - of any s
     if len(matrix) != 9 or not matrix[0] > 0:
         return None
     return 2 * math.atan(content.width / (2 * matrix[0]))
+
+
+def _bent_px(content: Any) -> float:  # noqa: ANN401 - of any schema
+    """How far a lens moves the corner of the picture from where one without distortion has it."""
+    model, width, height = MODELS.get(content.distortion_model), content.width, content.height
+    k = getattr(content, "K", None) or content.k
+    coefficients = tuple(float(d) for d in getattr(content, "D", None) or content.d)
+    known = model is not None and len(coefficients) in COEFFICIENT_COUNTS[model]
+    if model is None or not known or not any(coefficients) or not min(k[0], k[4]) > 0:
+        return 0.0
+    lens = Lens(model, k[0], k[4], k[2], k[5], coefficients, ImageSize(width, height))
+    corners = np.array([(column, row) for column in (0.0, width - 1.0) for row in (0.0, height - 1.0)])
+    rays = (corners - (k[2], k[5])) / (k[0], k[4])
+    moved_px = np.linalg.norm(lens.distorted(rays) - corners, axis=1)
+    return float(np.nan_to_num(moved_px.max(), posinf=0.0))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,6 +10,10 @@ import numpy as np
 import pytest
 from mcap_files import START_NS, ros_file, ros_header, ros_image
 
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.camera.lens.model import Lens
+from fcw.frame import ImageSize
 from fcw.sources.mcap.facts import McapFacts, mcap_facts
 
 IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
@@ -20,6 +25,32 @@ def info(angle_degrees: float, frame_id: str) -> SimpleNamespace:
     k = [focal_px, 0.0, 320.0, 0.0, focal_px, 180.0, 0.0, 0.0, 1.0]
     size = {"height": 360, "width": WIDTH, "distortion_model": "plumb_bob"}
     return SimpleNamespace(header=header(frame_id), **size, d=[], k=k, r=[0.0] * 9, p=[0.0] * 12)
+
+
+def lens_notes(folder: Path, topic: str, model: str, d: list[float], calibration: Calibration) -> list[str]:
+    """What is told of the lens of a camera info beside pictures."""
+    image = ros_image(np.zeros((4, 6, 1), np.uint8), "mono8", START_NS)
+    bent = SimpleNamespace(**vars(info(60.0, "")) | {"d": d, "distortion_model": model})
+    messages = [(topic, IMAGE, START_NS, image), ("/front/camera_info", INFO, START_NS, bent)]
+    return [*mcap_facts(ros_file(folder / "drive.mcap", messages)).notes_on_lens(calibration)]
+
+
+def test_a_lens_of_the_file_that_the_calibration_lacks_is_told_with_what_it_does(tmp_path: Path) -> None:
+    camera = GroundPlaneCamera(0.03, 554.0, 179.5, 1.4, 319.5)
+    plain = Calibration.from_camera(camera, ImageSize(WIDTH, 360))
+    k1 = [-0.1, 0.0, 0.0, 0.0, 0.0]
+    (note,) = lens_notes(tmp_path, "/front/image", "plumb_bob", k1, plain)
+    # At the farthest corner, (-320, -180) px from the axis, x / z and y / z are less by k1 r^2 of them.
+    focal_px = WIDTH / 2 / math.tan(math.radians(30))
+    corner_px = math.hypot(320, 180)
+    assert f"corners by {0.1 * corner_px * (corner_px / focal_px) ** 2:.0f} px" in note
+    assert "/front/camera_info" in note
+    assert lens_notes(tmp_path, "/front/image_rect_color", "plumb_bob", k1, plain) == []
+    for straight in ([], [0.0] * 5, [1e-4, 0.0, 0.0, 0.0, 0.0], [math.nan] * 5):
+        assert lens_notes(tmp_path, "/front/image", "plumb_bob", straight, plain) == []
+    assert lens_notes(tmp_path, "/front/image", "another", k1, plain) == []
+    lens = Lens("radtan", 554.0, 554.0, 319.5, 179.5, tuple(k1), ImageSize(WIDTH, 360))
+    assert lens_notes(tmp_path, "/front/image", "plumb_bob", k1, replace(plain, lens=lens)) == []
 
 
 def header(frame_id: str) -> SimpleNamespace:

@@ -115,7 +115,7 @@ def test_a_camera_info_says_what_it_is_good_for(tmp_path: Path, capsys: pytest.C
         height=height,
         width=width,
         distortion_model="plumb_bob",
-        d=[],
+        d=[-0.1, 0.0, 0.0, 0.0, 0.0],
         k=k,
         r=[0.0] * 9,
         p=[0.0] * 12,
@@ -132,6 +132,10 @@ def test_a_camera_info_says_what_it_is_good_for(tmp_path: Path, capsys: pytest.C
     assert "drive.calibration.yaml: no calibration" in message
     assert "/camera_info does not say where the camera is" in message
     assert "--field-of-view 62.0" in message
+    assert run(path, tmp_path / "out", "--no-rerun-log") == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "by /camera_info the lens moves the picture's corners by" in told
+    assert "the calibration has no lens" in told
 
 
 def video_of_demo(folder: Path, count: int) -> Path:
