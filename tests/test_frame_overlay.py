@@ -105,6 +105,14 @@ def test_distance_rows_go_with_the_camera_that_looks_elsewhere() -> None:
         assert drawn == pytest.approx([looking.row_at(row.distance_m + 1.7) for row in told_rows(looking)])
 
 
+@pytest.mark.parametrize("pitch_rad", [math.nan, math.inf, 1e308, -2.0, 1.5, -1.5])
+def test_a_pitch_that_is_no_cameras_changes_nothing_and_a_steep_one_breaks_nothing(pitch_rad: float) -> None:
+    moved = replace(result(LEAD), own_motion=OwnMotion(mount=Mount(pitch_rad=pitch_rad)))
+    strokes = OverlayPainter(HEADER).overlay(moved).strokes
+    if not abs(pitch_rad) < math.pi / 2:
+        assert strokes == OverlayPainter(HEADER).overlay(result(LEAD)).strokes
+
+
 def told_rows(camera: GroundPlaneCamera) -> tuple[OverlayRow, ...]:
     return overlay_rows(Calibration.from_camera(camera, SIZE, reference_offset_m=1.7))
 

@@ -126,8 +126,8 @@ def pitch_now(calibration: Calibration, result: FrameResult) -> float:
     """
     calibrated_rad = calibration.camera.pitch_rad
     mount = None if result.own_motion is None else result.own_motion.mount
-    if mount is None or not math.isfinite(mount.pitch_rad):
-        return calibrated_rad
+    if mount is None or not abs(mount.pitch_rad) < math.pi / 2:
+        return calibrated_rad  # a log of others may state anything
     return calibrated_rad + PITCH_STEP_RAD * round((mount.pitch_rad - calibrated_rad) / PITCH_STEP_RAD)
 
 
