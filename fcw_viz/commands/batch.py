@@ -32,19 +32,20 @@ MOST_WORKERS = 512
 class BatchCommand:
     """Run many drives, one on each core, and collect their events in one table.
 
-    The same command again does only what is left: finished drives are recognised by content, calibration,
-    model and options. A drive that fails does not stop the others. Exit code 2 means that some drives are not
-    done; each is listed with the reason and what to do.
+    Run the same command again to do only what is left: finished drives are recognised by content,
+    calibration, model and options. A drive that fails does not stop the others. Exit code 2 means that
+    some drives are not done; each is listed with the reason and what to do.
     """
 
     sources: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE ...")]
-    """Video and MCAP files, and folders, which are searched with all their subfolders; or URLs of such, as
-    s3://bucket/folder (`pip install 'fsspec[s3]'`), which each worker fetches."""
+    """Video and MCAP files, and folders, which are searched with all their subfolders; or URLs of these, such
+    as s3://bucket/folder (needs `pip install 'fsspec[s3]'`), which each worker fetches."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Folder of the batch: a folder for each drive, events.parquet, drives.parquet and manifest.json."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE|TABLE.csv")] = None
     """For drives that have no calibration beside them and no calibration.yaml in their folder: one file for
-    all, or a table with the columns camera (name of the drive's folder), calibration and perhaps topic."""
+    all, or a table with the columns camera (name of the drive's folder), calibration and, optionally,
+    topic."""
     topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
     """Image topic of MCAP files; needed for files with more than one, unless the table names it."""
     workers: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
@@ -52,8 +53,9 @@ class BatchCommand:
     scheduler: Annotated[str | None, tyro.conf.arg(metavar="tcp://HOST:PORT")] = None
     """Address of a running Dask scheduler. Its workers must see the same files under the same paths."""
     piece_minutes: Annotated[float, tyro.conf.arg(metavar="MINUTES")] = 2.0
-    """With fewer than two drives for each worker, vehicles in a drive of more than one and a half times this
-    length are looked for in pieces at the same time. The results are the same; 0 never does it."""
+    """With fewer than two drives for each worker, a drive of more than one and a half times this length is
+    searched for vehicles in pieces of this length, in parallel. The results are the same; 0 turns this
+    off."""
     retry: bool = False
     """Run only the drives that failed."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"

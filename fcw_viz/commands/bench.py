@@ -16,13 +16,13 @@ class BenchCommand:
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
     """Video to measure on. Default: the shipped drive."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Its calibration file. Default: `<name>.calibration.yaml` beside the source."""
+    """Calibration file of the video. Default: `<name>.calibration.yaml` beside it."""
     rounds: Annotated[int, tyro.conf.arg(metavar="N")] = 3
     """Number of runs of each case. Medians and minima are reported."""
     detector_frames: Annotated[int, tyro.conf.arg(metavar="N")] = 60
     """Number of pictures for the detectors in each round, in one thread."""
     shortest: Annotated[float, tyro.conf.arg(metavar="SECONDS")] = 40.0
-    """For whole drives: a video shorter than this is repeated to reach it, in seconds."""
+    """For whole drives: a video shorter than this many seconds is repeated until it is as long."""
     onnx: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """A YOLO net to measure beside the built-in detectors."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()

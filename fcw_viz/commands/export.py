@@ -30,8 +30,8 @@ class ExportCommand:
     pictures: bool = False
     """coco: also write images/ and calibration/ beside the labels, as `fcw train --data` expects them."""
     annotations: bool = False
-    """coco: the boxes as people corrected them in `fcw review`, of the frames they labelled, with --pictures:
-    a folder for `fcw train --data` and `fcw evaluate detection`."""
+    """coco: only frames that people labelled in `fcw review`, with the boxes as they corrected them, and with
+    their pictures: a folder for `fcw train --data` and `fcw evaluate detection`."""
     every: Annotated[int, tyro.conf.arg(metavar="N")] = 1
     """coco: only every Nth frame of the drive."""
     overwrite: bool = False

@@ -13,15 +13,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RecoverCommand:
-    """Write a complete log from one whose program was killed, and check it.
+    """Write a complete log from the log of a run that was killed, and check it.
 
-    The damaged log is kept. Of a whole one nothing is written.
+    The damaged log is kept. If the log is complete, nothing is written.
     """
 
     drive: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DRIVE")]
     """A drive.mcap, or its folder."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None
-    """The new log. Default: `<name>.recovered.mcap` beside the damaged one."""
+    """New log to write. Default: `<name>.recovered.mcap` beside the damaged one."""
 
 
 def run_recover(command: RecoverCommand) -> int:

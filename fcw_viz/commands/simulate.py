@@ -13,7 +13,7 @@ class SimulateCommand:
     """Render a scenario: drive.mp4, its calibration and own speed, and its truth as CSV and MCAP."""
 
     scenario: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENARIO")]
-    """braking, cut-in, demo or oncoming; a danger such as crossing (a wrong name lists all of them); or the
+    """braking, cut-in, demo or oncoming; a danger such as crossing (an unknown name lists them all); or the
     path of your own scenario file."""
     out: Annotated[Path, tyro.conf.arg(metavar="FOLDER")]
     """Folder for the files. An earlier simulated drive in it is replaced."""

@@ -35,13 +35,13 @@ class TrainCommand:
     """Which detector; net needs PyTorch (pip install 'fcw[train]')."""
 
     score_threshold: Annotated[float | None, tyro.conf.arg(metavar="SCORE")] = None
-    """net: score from which a window counts as a vehicle. Default: chosen on clips that a first training
+    """net: score above which a window counts as a vehicle. Default: chosen on clips that a first training
     leaves out."""
 
     start_from: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """net: a model to go on from, such as the shipped one, in a quarter of the steps; the new model is three
-    parts what is learnt and one part the old. Give the pictures that it learnt from as well, if you have
-    them: what it is not shown again it may forget."""
+    """net: a model to continue training from, such as the shipped one, with a quarter of the steps; the new
+    model is three parts newly learnt and one part old. Include the pictures that it was trained on, if you
+    have them: it may forget what it is not shown again."""
 
     seed: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Random seed: the same data and seed give the same model."""

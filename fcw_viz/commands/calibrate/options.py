@@ -11,12 +11,12 @@ from fcw.camera.prior_sigmas import TAPE_ERROR
 
 @dataclass(frozen=True, slots=True)
 class CalibrateCommand:
-    """Calibrate the camera from points of the road at known distances, or from what else you know.
+    """Calibrate the camera from points on the road at known distances, or from anything else you know.
 
-    With only a source it opens a page in the browser. The page asks what you have: three points at known
-    distances are enough, and so is a recorded clip with the height and the kind of the camera. Anything else
-    you know makes the result better. One point should be far away: from three near points the far distances
-    are uncertain.
+    With only a source, it opens a page in the browser. The page asks what you have: three points at known
+    distances are enough, and so is a recorded clip if you know the height and the kind of the camera.
+    Anything else you know makes the result better. One point should be far away: near points alone leave
+    far distances uncertain.
     """
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
@@ -26,7 +26,8 @@ class CalibrateCommand:
     points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()
     """Points on the road: distance from the reference in metres, row, and column if known."""
     from_drive: Annotated[Path | None, tyro.conf.arg(metavar="DRIVE")] = None
-    """Save the camera pose that a drive of `fcw run` estimated at its end as a calibration (with --save)."""
+    """Save as a calibration the camera pose that `fcw run` had estimated by the end of this drive (with
+    --save)."""
     from_clip: bool = False
     """Calibrate a recorded clip without any marks, from the vehicles ahead and the motion of the camera. The
     result is rough unless you also give --field-of-view and --height."""
@@ -43,23 +44,24 @@ class CalibrateCommand:
     row_sigma: Annotated[float, tyro.conf.arg(metavar="PX")] = 1.0
     """Standard deviation of a clicked row in pixels."""
     tape_error: Annotated[float, tyro.conf.arg(metavar="PART")] = TAPE_ERROR
-    """Relative standard deviation of the tape, common to all distances: 0.01 is 1 %."""
+    """Relative standard deviation of the tape measure, common to all distances: 0.01 is 1 %."""
     exact: bool = False
     """With --points: the paper's closed-form solution from three points, without any prior."""
     field_of_view: Annotated[str | None, tyro.conf.arg(metavar="DEG[:SIGMA]")] = None
     """Horizontal field of view in degrees, and its standard deviation (3 by default)."""
     principal_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
-    """Row of the optical axis, and its standard deviation. Default: the middle, with 3 % of the height."""
+    """Row of the optical axis, and its standard deviation. Default: the middle row, and 3 % of the picture's
+    height."""
     horizon_row: Annotated[str | None, tyro.conf.arg(metavar="PX[:SIGMA]")] = None
     """Row of the horizon, where straight lane lines meet, and its standard deviation (default 2)."""
     lens: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Intrinsics and distortion of the lens: a camera_info of ROS, a camchain of Kalibr, OpenCV's YAML."""
+    """Intrinsics and distortion of the lens: a ROS camera_info, a Kalibr camchain or an OpenCV YAML file."""
     chessboard: Annotated[str | None, tyro.conf.arg(metavar="AxB")] = None
     """Compute the lens from SOURCE, a folder of pictures of one chessboard with AxB inner corners, such as
     9x6. Writes a camera_info file for --lens to --save (`<folder>.lens.yaml` beside it by default)."""
     lane_line: Annotated[tuple[str, ...], tyro.conf.arg(metavar="U:V:U:V ...")] = ()
     """Straight lines along the road, each given by columns and rows of two or more points. They give yaw and
-    horizon, and together with points to both sides the roll."""
+    horizon and, together with points on both sides, the roll."""
     lane_width: Annotated[str | None, tyro.conf.arg(metavar="M[:SIGMA]")] = None
     """Distance between the first two lane lines in metres, and its standard deviation (default 3 %)."""
     horizon_line: Annotated[str | None, tyro.conf.arg(metavar="U:V:U:V")] = None

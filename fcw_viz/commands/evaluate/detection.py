@@ -26,8 +26,8 @@ class EvaluateDetectionCommand:
     """Compare detections with labels: detection rate, false positives per image (FPPI), average precision."""
 
     labels: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LABELS")]
-    """COCO JSON. An annotation with "ignore": true or "iscrowd" is neither hit nor missed, nor is one of a
-    category of two-wheelers. People, animals and signs are no vehicles."""
+    """COCO JSON. Annotations with "ignore": true or "iscrowd", and those of two-wheelers, count neither as
+    hits nor as misses. People, animals and signs are not vehicles."""
     images: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Folder to which the file names in the labels are relative."""
     calibration: Annotated[Path, tyro.conf.arg(metavar="FILE|DIR")]

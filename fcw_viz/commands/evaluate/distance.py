@@ -30,8 +30,8 @@ class EvaluateDistanceCommand:
     without: tuple[Cue, ...] = ()
     """Cues that the tracker must not use, to see what each contributes."""
     pitch_error: Annotated[float, tyro.conf.arg(metavar="DEG")] = 0.0
-    """During calibration the camera looked farther down by this angle than in the drives, as on a ramp or
-    with another load."""
+    """Assume that during calibration the camera pointed farther down by this angle than in the drives, as on
+    a ramp or with a different load."""
     leave_one_out: bool = False
     """Choose the tracker's constants on all sequences but one, measure on that one, and repeat for each."""
     seed: Annotated[int, tyro.conf.arg(metavar="N")] = 0

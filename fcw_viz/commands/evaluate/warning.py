@@ -43,12 +43,13 @@ class EvaluateWarningCommand:
     kitti_tracking: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
     """List every `warning` on the drives in this folder (label_02/, calib/, poses/ of KITTI tracking)."""
     no_own_motion: bool = False
-    """On these drives, do without our yaw rate, as with `fcw run --no-own-motion`."""
+    """With --kitti-tracking: do not use the own yaw rate, as with `fcw run --no-own-motion`."""
     no_own_speed: bool = False
-    """With --ncap, --kitti-tracking or --following-hours: the own speed is unknown, as pictures often leave
-    it."""
+    """With --ncap, --kitti-tracking or --following-hours: treat the own speed as unknown, as it often is when
+    estimated from pictures."""
     mount_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
-    """Turn the camera by half a degree in 24 simulated drives, and simulate this many hours without."""
+    """Simulate 24 drives in which the camera turns by half a degree, and this many hours in which it does
+    not."""
     following_hours: Annotated[float | None, tyro.conf.arg(metavar="HOURS")] = None
     """Follow at constant gaps for this many simulated hours."""
     events: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -58,7 +59,7 @@ class EvaluateWarningCommand:
     """The drive.mcap, or its folder, to compare with --events. Without --events it is compared with the
     verdicts on its own warnings in `fcw review`."""
     warning_policy: Annotated[str, tyro.conf.arg(metavar="NAME")] = "timely-braking"
-    """The policy, as in `fcw run`. A log has the policy of its run."""
+    """The policy, as in `fcw run`. Not for --log: a log keeps the policy of its run."""
     warning_timing: Literal["early", "normal", "late"] = "normal"
     """How early to warn, as in `fcw run`."""
     threats: bool = False
@@ -78,8 +79,8 @@ class EvaluateWarningCommand:
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|onnx:FILE")] = "net"
     """With --pixels: detector to use."""
     seeds: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """With --threats: runs of each scenario (default 7). With --kitti-tracking: runs of each drive
-    (default 1). Their seeds are counted from --seed on."""
+    """With --threats: runs of each scenario (default 7). With --kitti-tracking: runs of each drive (default
+    1). The seed of the first run is --seed."""
     box_noise: Annotated[float, tyro.conf.arg(metavar="PX")] = 2.0
     """Standard deviation of the noise on the sides of the boxes, in pixels; at the lower edge 1.5 times as
     much."""

@@ -23,23 +23,25 @@ class RunCommand:
     """Video or MCAP file, or folder of pictures; with --live also a camera: its number, /dev/video0, or an
     rtsp or http address."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Calibration file. Default: `<name>.calibration.yaml` beside the source, else that in an MCAP file."""
+    """Calibration file. Default: `<name>.calibration.yaml` beside the source, else the one in an MCAP
+    file."""
     topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
     """Image topic of an MCAP file; needed if the file has more than one."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """Folder for the logs and summary.json. Default: recordings/<name>, for a camera with the time. Earlier
-    logs in it are replaced."""
+    """Folder for the logs and summary.json. Default: recordings/<name>, for a camera with the time added to
+    the name. Earlier logs in it are replaced."""
     detector: Annotated[str, tyro.conf.arg(metavar="net|acf|acf-full|onnx:FILE")] = "net"
-    """net: two small neural nets; one glances, one looks closer. acf: boosted trees; a little faster, but
-    fewer near vehicles. acf-full: the trees, on the whole picture. onnx: a YOLO net."""
+    """net: two small neural nets, the first for a quick search, the second for a closer look. acf: boosted
+    trees; a little faster, but they find fewer near vehicles. acf-full: the same trees, on the whole picture.
+    onnx: a YOLO net."""
     detector_classes: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|NUMBER ...")] = ()
     """Classes of the ONNX model that count as vehicles. Default: cars, vans, trucks and buses."""
     model: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Model file written by `fcw train`, for net, acf or acf-full. Default: the shipped one."""
     search_rate: Annotated[float, tyro.conf.arg(metavar="HZ")] = DEFAULT_SEARCH_HZ
-    """Search this many pictures a second for vehicles, or more: with 12, every second one of a video with 30.
-    While it may matter every one is searched, else vehicles are followed in the picture. 0: always every
-    one."""
+    """Search at least this many pictures a second for vehicles: with 12, every second picture of a video with
+    30. In the others, vehicles are followed by their appearance. While a vehicle is new or may become
+    dangerous, every picture is searched. 0: always search every picture."""
     ego_speed: Annotated[str | None, tyro.conf.arg(metavar="MPS|FILE")] = None
     """Own speed: a number in metres per second, a CSV file with the columns time_s and speed_mps, or a GPX
     track. Default: the speed in an MCAP file, if it has one."""
@@ -54,8 +56,8 @@ class RunCommand:
     units: Literal["metric", "imperial"] = "metric"
     """Units of the distances shown."""
     no_rerun_log: bool = False
-    """Do not write drive.rrd, which holds the pictures once more: `fcw review --rerun` and
-    `fcw export --format rrd` make it from drive.mcap."""
+    """Do not write drive.rrd, which holds the pictures a second time; `fcw review --rerun` and `fcw export
+    --format rrd` can make it later from drive.mcap."""
     live: bool = False
     """Show the drive in the browser while it runs, in real time and with audible warnings; then review it
     there. Frames are skipped if the computer is too slow, never shown late."""

@@ -56,7 +56,7 @@ def test_without_a_command_all_of_them_are_listed_with_what_they_do(capsys) -> N
     assert main([]) == 2
     out, said = capsys.readouterr()
     assert out == ""
-    assert "recover    Write a complete log from one whose program was killed" in said
+    assert "recover    Write a complete log from the log of a run that was killed" in said
     assert all(f"• {command.split()[0]} " in said for command in COMMANDS)
 
 
