@@ -152,7 +152,9 @@ def write_calibration(calibration: Calibration, path: Path, warnings: Sequence[s
     try:
         parse_calibration(text, str(path))
     except UserError as error:
-        raise UserError(f"{error}; not saved: check the marks, the lens and what else was said") from error
+        raise UserError(
+            f"{error}; not saved: check the marks, the lens and everything else you gave"
+        ) from error
     write_whole(path, text)
 
 

@@ -260,8 +260,8 @@ def _cause(calibration: Calibration, judgement: Judgement | None) -> Finding:
     elif judgement is not None:
         sigmas = camera_sigmas(calibration)
         reason = (
-            f"the clicks leave the parameters open, the principal row by {sigmas.principal_row_px:.0f} px; "
-            "add a point far away, or say the lens's field of view"
+            "the clicks do not determine the parameters: the principal row is uncertain by "
+            f"{sigmas.principal_row_px:.0f} px; add a point far away, or give the lens's field of view"
         )
     else:
         reason = "a wrong camera, or an image size other than that of its pictures; calibrate with points"
@@ -357,8 +357,8 @@ def height_finding(calibration: Calibration, stated_m: Gaussian) -> Finding | No
         return None
     return Finding(
         FindingKind.HEIGHT,
-        f"the camera height of {stated_m.value:g} ± {stated_m.sigma:.2g} m contradicts the rest, with which "
-        f"it comes out as {height_m:.2f} m; check it, the distances and the lens",
+        f"the camera height of {stated_m.value:g} ± {stated_m.sigma:.2g} m contradicts the rest, which "
+        f"gives {height_m:.2f} m; check it, the distances and the lens",
     )
 
 
@@ -369,8 +369,8 @@ def _roll_finding(calibration: Calibration, judgement: Judgement | None, imperia
         yield Finding(
             FindingKind.ROLL,
             f"the camera is tilted by {math.degrees(abs(turned.roll_rad)):.1f} degrees to the "
-            f"{'right' if turned.roll_rad > 0 else 'left'}: it is taken into account; "
-            f"mount it level if you can{otherwise and f'; if it is level, {otherwise}'}",
+            f"{'right' if turned.roll_rad > 0 else 'left'}: this is taken into account; mount it level if "
+            f"you can{otherwise and f'; if it is level, {otherwise}'}",
             is_question=bool(otherwise),
         )
 
@@ -393,8 +393,7 @@ def _prior_findings(calibration: Calibration) -> Iterator[Finding]:
         if prior is not None and abs(value - prior.value) > OUTLIER_SIGMAS * prior.sigma:
             yield Finding(
                 FindingKind.PRIOR,
-                f"the {name} of {prior.value * unit:g} ± {prior.sigma * unit:g}{unit_name} contradicts "
-                f"the rest, with which it comes out as {value * unit:.1f}; "
-                "check it, the distances and the camera height",
+                f"the {name} of {prior.value * unit:g} ± {prior.sigma * unit:g}{unit_name} contradicts the "
+                f"rest, which gives {value * unit:.1f}; check it, the distances and the camera height",
                 prior=field,
             )

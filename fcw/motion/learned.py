@@ -60,8 +60,8 @@ def calibration_of_mount(calibration: Calibration, mount: Mount, name: str) -> L
     undone, settings = calibration.undone, MotionSettings()
     if undone is None:
         raise UserError(
-            f"{name}: this log of an older version does not say whether its pictures were made straight, so "
-            "that no calibration of the camera follows from it; run the drive again with `fcw run`"
+            f"{name}: this log, of an older version, does not say whether its pictures were straightened, "
+            "so no calibration of the camera can be made from it; run the drive again with `fcw run`"
         )
     camera = calibration.camera
     pitch = _told(
@@ -69,10 +69,10 @@ def calibration_of_mount(calibration: Calibration, mount: Mount, name: str) -> L
     )
     if pitch is None:
         raise UserError(
-            f"{name}: the drive tells too little of the camera's pitch (known to "
+            f"{name}: the drive tells too little about the camera's pitch (known to "
             f"{math.degrees(mount.pitch_sigma_rad):.2f} degrees at its end, and to "
-            f"{math.degrees(settings.calibration_pitch_sigma_rad):.2f} at its start: it stands, is dark or "
-            "short); keep the calibration that there is, or take a longer drive by day"
+            f"{math.degrees(settings.calibration_pitch_sigma_rad):.2f} at its start: the car stands, or the "
+            "drive is dark or short); keep the calibration that you have, or take a longer drive by day"
         )
     straight, covariance, moved = _with_horizon(calibration, pitch)
     before = undone.orientation

@@ -219,8 +219,8 @@ def calibrate_clip(
     if speed_mps is not None:
         if speed is None:
             raise UserError(
-                f"speed {speed_mps:g} m/s: the picture does not tell how fast the road goes by, so "
-                "no height follows; measure the camera's height"
+                f"speed {speed_mps:g} m/s: the picture does not show how fast the road goes by, so the "
+                "speed gives no height; measure the camera's height"
             )
         known = replace(known, evidence=replace(all_known, scale_px_m=speed.scale_px_m(speed_mps)))
         calibration = calibrate_jointly(known)

@@ -145,8 +145,8 @@ def test_an_uncertain_lens_does_not_become_an_uncertain_horizon():
 def test_a_drive_that_taught_nothing_and_a_log_that_does_not_say_enough_are_refused():
     black = mount_of(0.03, sigma_rad=math.radians(0.7))
     with pytest.raises(
-        UserError, match=r"^night: the drive tells too little of the camera's pitch \(known to 0.70"
+        UserError, match=r"^night: the drive tells too little about the camera's pitch \(known to 0.70"
     ):
         calibration_of_mount(clicked(6, 15, 30), black, "night")
-    with pytest.raises(UserError, match=r"^old: this log of an older version does not say whether"):
+    with pytest.raises(UserError, match=r"^old: this log, of an older version, does not say whether"):
         calibration_of_mount(replace(clicked(6, 15, 30), undone=None), mount_of(0.03), "old")

@@ -56,7 +56,7 @@ def test_a_clip_of_a_car_that_stands_gives_no_height_by_its_speed(data_dir, tmp_
     detector = searching_detector(rough_calibration(source.image_size, 1.65))
     known = [speed for _, speed in speeds_seen(source.frames(), rough_calibration(source.image_size, 1.65))]
     assert sum(speed is not None for speed in known) > 10  # that it stands is known
-    with pytest.raises(UserError, match="does not tell how fast the road goes by"):
+    with pytest.raises(UserError, match="does not show how fast the road goes by"):
         calibrate_clip(source, detector, Gaussian(1.65, 0.1), speed_mps=10.0)
 
 

@@ -43,9 +43,9 @@ class BentPicture:
     def text(self) -> str:
         """What is wrong, in one sentence."""
         return (
-            "the lens bends this picture: what was clicked fits a lens with k1 "
-            f"{self.lens.coefficients[0]:.2f}, which moves the corners by {self.corner_px:.0f} px, far "
-            "better than a picture free of distortion"
+            f"the lens bends this picture: the clicks fit a lens with k1 {self.lens.coefficients[0]:.2f}, "
+            f"which moves the corners by {self.corner_px:.0f} px, far better than a picture free of "
+            "distortion"
         )
 
 

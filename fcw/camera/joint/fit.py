@@ -203,7 +203,7 @@ class JointFit:
         found = all(least <= x[k] <= most for k, (least, most) in limits)
         if not (found and np.isfinite(scale).all() and scale.all()):
             raise UserError(
-                "no camera fits all that was said; check the marks, their distances and the camera's height"
+                "no camera fits everything you gave; check the marks, their distances and the camera's height"
             )
         _, singular, right = np.linalg.svd(jacobian / scale, full_matrices=False)
         root = right.T / singular / scale[:, None]

@@ -133,7 +133,7 @@ def _sides_by(rectangle: GroundRectangle, lengths: FloatArray, spread: FloatArra
 
 def _sides(rectangle: GroundRectangle) -> str:
     first, second = ("unknown" if side is None else f"{side.value:.4g} m" for side in rectangle.sides_m)
-    return f"said {first} from the first corner to the second and {second} on to the third"
+    return f"you gave {first} from the first corner to the second and {second} from there to the third"
 
 
 def _of_size(rectangle: GroundRectangle) -> str:

@@ -48,8 +48,8 @@ def calibrate_jointly(known: Known) -> Calibration:
     check_reach(evidence.points)
     if not (known.rough or known.tells_of_the_road):
         raise UserError(
-            "nothing is known of where the road lies in the picture; give points, lane lines, the horizon, "
-            "a rectangle on the road, vehicles or their number plates"
+            "nothing tells where the road lies in the picture; give points, lane lines, the horizon, a "
+            "rectangle on the road, vehicles or their number plates"
         )
     for rectangle in evidence.rectangles:
         check_rectangle(rectangle, image_size)
@@ -65,7 +65,7 @@ def calibrate_jointly(known: Known) -> Calibration:
         yaw_deg, roll_deg = (math.degrees(turn) for turn in (orientation.yaw_rad, orientation.roll_rad))
         raise UserError(
             f"the camera would look {yaw_deg:.0f} degrees aside and be rolled by {roll_deg:.0f}: no camera "
-            "that looks ahead fits what was said; check the marks, and that columns come before rows"
+            "that looks ahead fits what you gave; check the marks, and that columns come before rows"
         )
     shift_m = float(x[START]) if evidence.first_unknown else 0.0
     points = tuple(
@@ -118,8 +118,8 @@ def calibrate_jointly(known: Known) -> Calibration:
     for point, residual_px in zip(points, calibration.residuals_px, strict=True):
         if not math.isfinite(residual_px):
             raise UserError(
-                f"point {point}: the camera that fits best has it behind it; check its distance and its "
-                "place in the picture, and what else was said"
+                f"point {point}: it would lie behind the camera that fits best; check its distance, its "
+                "place in the picture, and everything else you gave"
             )
     if evidence.period_sigma_m is not None:
         return calibration

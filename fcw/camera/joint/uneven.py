@@ -52,9 +52,10 @@ class UnevenDashes:
         if max(self.gaps_m) - min(self.gaps_m) < 0.01 * self.said_m:
             where = "here it is"
         return (
-            f"these dashes do not keep their period of {self.said_m:.4g} m: by the rest of what was said "
-            f"{where} about {odd:.1f} m, as at a bridge's joint or where the road was marked anew. Click "
-            "dashes elsewhere on the drive, or measure these; until then the intervals are wider"
+            f"these dashes do not keep their period of {self.said_m:.4g} m: judging by everything else you "
+            f"gave, {where} about {odd:.1f} m, as at the joint of a bridge or where the road was marked "
+            "anew. Click dashes elsewhere on the drive, or measure these; until then the intervals are "
+            "wider"
         )
 
 

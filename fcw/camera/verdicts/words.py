@@ -15,11 +15,11 @@ LISTED = 2
 JUDGED = frozenset((PointsFault.ORDER, PointsFault.SAME_ROW, PointsFault.HORIZON_BELOW_ROAD))
 
 SHORT = {
-    Fault.BUMPER: "the distances do not start where they are said to (camera or front bumper)",
+    Fault.BUMPER: "the distances do not start where you said (camera or front bumper)",
     Fault.SWAPPED: "two distances are swapped",
-    Fault.SLIP_OF_TEN: "a decimal point is missing or too many",
+    Fault.SLIP_OF_TEN: "a decimal point is missing or in the wrong place",
     Fault.FEET: "the distances are in feet",
-    Fault.DASHES: "the first distance or the period of the dashes is another",
+    Fault.DASHES: "the first distance or the period of the dashes is wrong",
     Fault.POINT: "one point is on the wrong mark, or on a bump or in a dip of the road",
     Fault.AXIS: "the picture is cropped, so that the lens's axis is not near its middle",
 }
@@ -115,6 +115,6 @@ def period_text(doubt: PeriodDoubt) -> str:
         other = "are not next to each other: one was passed over"
     return (
         f"evenly spaced marks do not tell whether their period is {doubt.said_m:.4g} m: if these dashes "
-        f"{other}, what reads 40 m is {40 * doubt.scale:.0f} m away. Say the lens's field of view, or tape "
-        "the distances; until then the intervals are wider"
+        f"{other}, what reads 40 m is {40 * doubt.scale:.0f} m away. Give the lens's field of view, or "
+        "measure the distances; until then the intervals are wider"
     )

@@ -213,7 +213,7 @@ def _dashes(command: CalibrateCommand) -> tuple[GroundPoint, ...]:
             f"--dash-period {command.dash_period:g}: expected metres above 0, from one near end to the next"
         )
     if command.points:
-        raise UserError("--dashes: for marks whose first distance is not known; leave out --points")
+        raise UserError("--dashes: only for marks whose first distance is not known; leave out --points")
     if len(command.dashes) < FEWEST_DASHES:
         raise UserError(f"--dashes: {len(command.dashes)} ends given, expected {FEWEST_DASHES} or more")
     points = []

@@ -32,13 +32,13 @@ LENS_SIGMA = 0.01
 SAID_SIGMAS = 2.0
 """A contradiction that chance makes one time in twenty."""
 NO_ROAD = (
-    "nothing was found that tells where the road lies in the picture: no straight drive, no lane lines, "
-    "hardly a vehicle. The camera is taken to look as most do, and distances may be off by a factor of two; "
-    "for better ones give --horizon-row, points or lane lines, or a clip of a straight road by day"
+    "nothing in this clip shows where the road lies in the picture: no straight driving, no lane lines, "
+    "hardly a vehicle. The camera is assumed to point as most do, and distances may be off by a factor of "
+    "two; for better ones give --horizon-row, points or lane lines, or a clip of a straight road by day"
 )
 NO_MOTION = (
-    "the motion of the camera took no part: too few pictures, or the car stands, turns or is in the dark; "
-    "what else the clip shows decides alone"
+    "the motion of the camera could not be used: too few pictures, or the car stands, turns or is in the "
+    "dark; the result rests on everything else that the clip shows"
 )
 
 
@@ -55,7 +55,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     if command.source is None:
         raise UserError("--from-clip: name the video or folder of pictures to calibrate")
     if command.exact:
-        raise UserError("--exact: takes --points alone; leave out --from-clip")
+        raise UserError("--exact: takes only --points; leave out --from-clip")
     if command.speed is not None and not command.speed > 0:
         raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
     if command.speed is not None and (fault := speed_fault(command.speed)):
@@ -195,12 +195,15 @@ def _bends(lens: Lens, part: float, taken: bool) -> str:
     edge = lens.undistorted(np.array([[0.0, lens.row_px]]))[0, 0]
     view_deg = 2 * math.degrees(math.atan(-edge))
     told = (
-        f"the lens bends straight lines: by the turns in the clip it sees about {view_deg:.0f} degrees from "
-        f"side to side, with a focal length of {lens.focal_y_px:.0f} px ± {100 * part:.0f} %"
+        f"the lens bends straight lines: the turns in the clip show that it sees about {view_deg:.0f} "
+        f"degrees from side to side, with a focal length of {lens.focal_y_px:.0f} px ± {100 * part:.0f} %"
     )
     if taken:
-        return f"{told}; it is saved with the calibration and undone; for a better one give --lens"
-    return f"{told}; what was stated is taken as if it did not: give the lens with --lens"
+        return (
+            f"{told}; its distortion is saved with the calibration and corrected; give a more precise lens "
+            "with --lens"
+        )
+    return f"{told}; the values that you gave are used as if it did not: give the lens with --lens"
 
 
 def _assumed(
@@ -220,33 +223,34 @@ def _assumed(
         options.append("--field-of-view (degrees from side to side, by the data sheet)")
     if not taken:
         return ()
-    text = f"rough: this assumes {' and '.join(taken)}, and distances are as uncertain"
+    text = f"rough: this assumes {' and '.join(taken)}, and distances are as uncertain as that"
     if view is not None and focal_px is not None:
         part = 100 * focal_px.sigma / focal_px.value
         text = (
-            f"rough: this assumes {' and '.join(taken)}, and takes from the turns in the clip that the focal "
-            f"length is {focal_px.value:.0f} px ± {part:.0f} %"
+            f"rough: this assumes {' and '.join(taken)}, and takes the focal length from the turns in the "
+            f"clip: {focal_px.value:.0f} px ± {part:.0f} %"
         )
     return (f"{text}; give {' and '.join(options)}",)
 
 
 def _contradicts(apart_rad: float) -> str:
     return (
-        f"where the car drives and the vehicles ahead put the horizon {math.degrees(apart_rad):.1f} degrees "
-        "apart: one of them is wrong, and distances are known no better than that; give --horizon-row, "
-        "points or lane lines"
+        f"the direction of travel and the vehicles ahead give horizons {math.degrees(apart_rad):.1f} "
+        "degrees apart: one of them is wrong, and distances are known no better than that; give "
+        "--horizon-row, points or lane lines"
     )
 
 
 def _cut(piece: str) -> str:
     return (
         f"this clip is cut, as by editing; the calibration is that of its longest part, {piece}, and holds "
-        "for the others only where the camera is the same; divide the file there and calibrate each part"
+        "for the others only if they are from the same camera; split the file there and calibrate each part"
     )
 
 
 def _jump(piece: str) -> str:
     return (
-        "the horizon jumps in this clip: the camera was moved, or the road gets very steep; the calibration "
-        f"holds {piece}, and distances are wrong in the rest; cut the clip there and calibrate each piece"
+        "the horizon jumps in this clip: the camera was moved, or the road gets very steep; the "
+        f"calibration holds {piece}, and distances are wrong in the rest; split the clip there and "
+        "calibrate each part"
     )

@@ -15,8 +15,8 @@ from fcw_viz.commands.calibrate.points import save_and_report
 from fcw_viz.console import RESULTS
 
 MOVED = (
-    "the camera looks elsewhere than its calibration says, by more than both can be wrong: it was moved, or "
-    "the calibration was wrong; the pitch is the drive's alone"
+    "the camera points elsewhere than its calibration says, by more than the errors of both allow: it was "
+    "moved, or the calibration was wrong; the pitch is taken from the drive alone"
 )
 MOST_DECIMALS = 2
 GROWN = 1.02
@@ -52,8 +52,9 @@ def run_calibrate_from_drive(command: CalibrateCommand, drive: Path) -> int:
     warnings = [MOVED] if learned.moved else []
     if known[1][1] - known[1][0] > GROWN * (known[0][1] - known[0][0]) or math.isinf(known[1][1]):
         warnings.append(
-            f"distances are not better known by this drive: {there} is {words[1]}, and was {words[0]} by its "
-            "calibration; keep that one unless the camera was moved, or calibrate anew"
+            f"this drive does not make distances better known: {there} is {words[1]} now, and was "
+            f"{words[0]} by the drive's calibration; keep that calibration unless the camera was moved, or "
+            "calibrate again"
         )
     return save_and_report(after, command.save, command, warnings)
 

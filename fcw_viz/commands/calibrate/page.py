@@ -40,7 +40,7 @@ def run_calibrate_page(command: CalibrateCommand, source: Path) -> int:
         if given:
             raise UserError(f"{option}: only with --points; the page has a button for it")
     if command.exact:
-        raise UserError("--exact: only with --points; the page uses what every lens has, too")
+        raise UserError("--exact: only with --points; the page always uses what is typical of a lens, too")
     stated_evidence(command)  # refuses what belongs to a mark that is not there
     page = CalibrationPage(
         source, command.save or default_path(source), command.port, command.dark, command.topic

@@ -120,7 +120,9 @@ def _calibration(command: CalibrateCommand) -> Calibration:
     calibration = _of_rows(command, known, sized) if points else None
     if command.exact:
         if calibration is None or evidence is not None or lens is not None:
-            raise UserError("--exact: takes --points alone; leave out what else is said")
+            raise UserError(
+                "--exact: takes only --points; leave out all other knowledge of the camera and the road"
+            )
         return calibration
     return calibration if calibration is not None and known.is_of_rows else calibrate_jointly(known)
 

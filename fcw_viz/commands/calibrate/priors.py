@@ -57,7 +57,7 @@ def _parse(option: str, text: str | None, default_sigma: float) -> Gaussian | No
     except ValueError:
         raise UserError(f"{option} {text}: expected VALUE or VALUE:SIGMA, for example 65 or 65:3") from None
     if abs(value) > LARGEST or sigma > LARGEST or 0 < sigma < SMALLEST:
-        raise UserError(f"{option} {text}: expected numbers that can be measured, for example 65 or 65:3")
+        raise UserError(f"{option} {text}: expected numbers of a plausible size, for example 65 or 65:3")
     if option == "--field-of-view" and 0 < value < SMALLEST_FIELD_OF_VIEW_DEG:
         raise UserError(f"{option} {text}: expected at least {SMALLEST_FIELD_OF_VIEW_DEG:g} degrees")
     return Gaussian(value, sigma)

@@ -127,9 +127,9 @@ def print_report(
     turned = calibration.orientation
     if turned != LEVEL:
         line(
-            f"looks {_turn_text(turned.yaw_rad, turned.yaw_sigma_rad, 'left', 'right')}, "
-            f"rolled {_turn_text(turned.roll_rad, turned.roll_sigma_rad, 'right', 'left')}; "
-            "rows are of the straight picture"
+            f"looks {_turn_text(turned.yaw_rad, turned.yaw_sigma_rad, 'left', 'right')}, rolled "
+            f"{_turn_text(turned.roll_rad, turned.roll_sigma_rad, 'right', 'left')}; rows are those of the "
+            "straightened picture"
         )
     line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
 
@@ -156,9 +156,12 @@ def print_report(
             f"{point} {residual:+.2f}"
             for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)
         )
-        line(f"residuals in px (clicked row less row of the solution): {residuals}")
+        line(f"residuals in px (clicked row minus row of the solution): {residuals}")
     elif calibration.points:
-        line("The solution meets the points exactly, as any three do: that says nothing of its quality.")
+        line(
+            "The solution meets the points exactly, as it would any three: that says nothing about its "
+            "quality."
+        )
     next_click = best_next_click(calibration) if taped else None
     if next_click is not None:
         nearest, farthest = (distance_text(TARGET_DISTANCES_M[end], imperial) for end in (0, -1))
@@ -167,7 +170,7 @@ def print_report(
             f"{next_click.row_px:.0f}: the error of distances from {nearest} to {farthest} would fall from "
             f"{next_click.error_before:.1%} to {next_click.error_after:.1%}."
         )
-    line(f"saved {saved}" if saved is not None else "not saved; --save FILE keeps it")
+    line(f"saved {saved}" if saved is not None else "not saved; save it with --save FILE")
 
 
 def _turn_text(angle_rad: float, sigma_rad: float, side: str, other: str) -> str:

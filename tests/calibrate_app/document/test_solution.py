@@ -378,8 +378,7 @@ def test_distances_from_the_bumper_may_look_like_a_tilt_and_are_asked_about():
     assert solution.status is Status.DOUBTFUL
     (trouble,) = solution.troubles
     assert (
-        "if it is level, the distances do not start where they are said to (camera or front bumper)"
-        in trouble.text
+        "if it is level, the distances do not start where you said (camera or front bumper)" in trouble.text
     )
     tilted = replace(document, roll=Belief(Gaussian(math.radians(-1.4), math.radians(0.3))))
     assert solve(tilted).status is Status.GOOD

@@ -80,7 +80,7 @@ def test_another_period_is_told_where_the_rest_is_sure_enough(true_period_m):
     uneven = uneven_dashes(Known(other, SIZE, HEIGHT, lens=LENS))
     assert uneven is not None
     assert uneven.gaps_m == pytest.approx([true_period_m] * 3, rel=0.03)
-    assert "their period of 14.63 m: by the rest of what was said here it is about" in uneven.text
+    assert "their period of 14.63 m: judging by everything else you gave, here it is about" in uneven.text
 
 
 def test_without_anything_that_would_tell_nobody_is_accused():

@@ -85,7 +85,7 @@ def test_implausible_is_a_warning_and_saved(tmp_path, capsys):
 def test_three_points_are_not_praised_for_their_residuals_and_four_show_them(capsys):
     assert main([*GOOD, "--exact"]) == 0
     three = capsys.readouterr().out
-    assert "says nothing of its quality" in three
+    assert "says nothing about its quality" in three
     assert "residuals" not in three
     more = [*GOOD_POINTS, f"25:{TRUTH.row_at(25.0) + 1.5}"]
     assert main(["calibrate", "--points", *more, "--image-size", "1280x720", "--height", "1.225"]) == 0

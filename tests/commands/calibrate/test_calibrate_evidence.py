@@ -178,7 +178,7 @@ def test_a_rectangle_without_a_side_needs_the_height(capsys):
         (["--from-clip"], "--from-clip: name the video or folder of pictures"),
         (
             ["--dashes", "500", "450", "430", "--dash-period", "12", "--points", "6:500"],
-            "--dashes: for marks whose first distance is not known; leave out --points",
+            "--dashes: only for marks whose first distance is not known; leave out --points",
         ),
         (["--points", *GOOD_POINTS, "--lens", "none.yaml"], "none.yaml: no such lens file"),
     ],
@@ -193,10 +193,14 @@ def test_wrong_statements_about_the_road_are_named(arguments, message, capsys):
 @pytest.mark.parametrize(
     ("focal_px", "expected"),
     [
-        (None, "a field of view of 66 ± 16 degrees (of any camera), and distances are as uncertain; give"),
+        (
+            None,
+            "a field of view of 66 ± 16 degrees (of any camera), and distances are as uncertain as that; "
+            "give",
+        ),
         (
             Gaussian(758.0, 83.0),
-            "and takes from the turns in the clip that the focal length is 758 px ± 11 %; give",
+            "and takes the focal length from the turns in the clip: 758 px ± 11 %; give",
         ),
     ],
 )
@@ -235,8 +239,8 @@ def bent_clip(tmp_path, monkeypatch):
 def test_a_lens_that_turns_show_to_bend_is_saved_with_the_focal_length_of_all_together(bent_clip, capsys):
     assert main(["calibrate", str(bent_clip), "--from-clip"]) == 0
     told = " ".join(capsys.readouterr().err.split())
-    assert "the lens bends straight lines: by the turns in the clip it sees about 118 degrees" in told
-    assert "300 px ± 10 %; it is saved with the calibration and undone" in told
+    assert "the lens bends straight lines: the turns in the clip show that it sees about 118 degrees" in told
+    assert "300 px ± 10 %; its distortion is saved with the calibration and corrected" in told
     lens = read_calibration(default_path(bent_clip)).lens
     assert lens == replace(BENT, focal_x_px=310.0, focal_y_px=310.0)
 
@@ -283,7 +287,7 @@ def test_marks_and_lens_count_in_a_clip_as_they_do_in_a_picture(bent_clip, monke
         (["--points", "6:200", "-3:180"], "point -3:180: distance -3 m, expected more than 0"),
         (
             ["--points", "6:200", "--dashes", "200", "190", "185", "--dash-period", "12"],
-            "--dashes: for marks whose first distance is not known; leave out --points",
+            "--dashes: only for marks whose first distance is not known; leave out --points",
         ),
     ],
 )
@@ -311,7 +315,7 @@ def test_exchanged_sides_are_refused_in_a_clip_too(bent_clip, monkeypatch, capsy
 def test_marks_in_a_bent_picture_are_taken_as_they_are_and_that_is_said(bent_clip, capsys):
     assert main(["calibrate", str(bent_clip), "--from-clip", *LANES]) == 0
     told = " ".join(capsys.readouterr().err.split())
-    assert "what was stated is taken as if it did not: give the lens with --lens" in told
+    assert "the values that you gave are used as if it did not: give the lens with --lens" in told
     assert read_calibration(default_path(bent_clip)).lens is None
 
 
@@ -330,7 +334,7 @@ def test_a_horizon_that_drive_and_vehicles_tell_differently_is_said(
     monkeypatch.setattr("fcw.self_calibration.clip.calibrate_clip", lambda *_args, **_kwargs: found)
     assert main(["calibrate", str(bent_clip), "--from-clip"]) == 0
     told = " ".join(capsys.readouterr().err.split())
-    assert ("the vehicles ahead put the horizon 2.7 degrees apart: one of them is wrong" in told) == said
+    assert ("the vehicles ahead give horizons 2.7 degrees apart: one of them is wrong" in told) == said
 
 
 @pytest.mark.slow
@@ -343,11 +347,11 @@ def test_a_clip_that_shows_no_road_gives_a_rough_camera_and_says_so(tmp_path, ca
     assert main(["calibrate", str(clip), "--from-clip"]) == 0
     captured = capsys.readouterr()
     told = " ".join(captured.err.split())
-    assert "nothing was found that tells where the road lies" in told
+    assert "nothing in this clip shows where the road lies" in told
     assert (
         "rough: this assumes a height of 1.30 ± 0.12 m (of a car) and a field of view of 66 ± 16 degrees "
-        "(of any camera), and distances are as uncertain; give --height (metres from the road up to the lens)"
-        " and --field-of-view" in told
+        "(of any camera), and distances are as uncertain as that; give --height (metres from the road up "
+        "to the lens) and --field-of-view" in told
     )
     assert "One more point helps most" not in captured.out
     assert "unbounded" in captured.out
@@ -370,7 +374,7 @@ def test_a_clip_that_shows_no_road_gives_a_rough_camera_and_says_so(tmp_path, ca
     )
     told = " ".join(capsys.readouterr().err.split())
     assert "rough" not in told
-    assert "the motion of the camera took no part" in told
+    assert "the motion of the camera could not be used" in told
 
 
 @pytest.mark.parametrize(

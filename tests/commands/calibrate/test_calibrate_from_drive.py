@@ -65,16 +65,20 @@ def test_a_camera_that_was_moved_is_said_and_that_distances_are_less_sure(tmp_pa
     drive = drive_of(tmp_path, calibration.straight(), calibration.camera.pitch_rad + 0.04, 0.3)
     assert main(["calibrate", "--from-drive", str(drive), "--save", str(tmp_path / "new.yaml")]) == 0
     told = " ".join(capsys.readouterr().err.split())
-    assert "the camera looks elsewhere than its calibration says" in told
-    assert "distances are not better known by this drive: 30 m is" in told
+    assert "the camera points elsewhere than its calibration says" in told
+    assert "this drive does not make distances better known: 30 m is" in told
 
 
 def test_a_drive_that_tells_nothing_saves_nothing(tmp_path, capsys):
     calibration = clicked()
     save = tmp_path / "new.yaml"
     for of_log, sigma_deg, message in (
-        (calibration.straight(), 0.7, "the drive tells too little of the camera's pitch"),
-        (calibration, 0.1, "this log of an older version does not say whether its pictures were made"),
+        (calibration.straight(), 0.7, "the drive tells too little about the camera's pitch"),
+        (
+            calibration,
+            0.1,
+            "this log, of an older version, does not say whether its pictures were straightened",
+        ),
     ):
         drive = drive_of(tmp_path, of_log, 0.02, sigma_deg)
         assert main(["calibrate", "--from-drive", str(drive), "--save", str(save)]) == 2
