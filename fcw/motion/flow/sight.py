@@ -26,12 +26,15 @@ CONTRAST_PART = 0.001
 AGAIN_PX = 1.0
 """Sigma by which edges are blurred once more."""
 WHITE = 250
+QUARTILE_SIGMAS = 0.3186
+"""A quarter of a Gaussian's values are nearer to its mean than so many sigmas."""
 
 STEP_NS = 500_000_000
 LOOKS, FEWEST_LOOKS = 5, 3
 """The median of so many counts: not a wiper, nor the shadow of a bridge."""
-MOST_BLUR, LEAST_CONTRAST, MOST_WHITE = 1.3 / WIDTH, 9.0, 0.5
-"""Beyond these a picture is soft, as a part of its width; dark or faint, in grey values a pixel; overexposed.
+MOST_BLUR, LEAST_CONTRAST, LEAST_OVER_NOISE, MOST_WHITE = 1.3 / WIDTH, 9.0, 3.0, 0.5
+"""Beyond these a picture is soft, as a part of its width; dark or faint, in grey values a pixel, or in sigmas
+of its noise; overexposed.
 
 There a fifth to a third of the small vehicles are lost that the net finds in the same pictures unspoilt
 (docs/figures/sight.md).
@@ -53,12 +56,14 @@ class Look(NamedTuple):
         contrast: how steep what stands out is, in grey values a pixel of the small picture.
         brightness: median grey value.
         white: part that is white.
+        noise: 1-sigma of it, in grey values.
     """
 
     blur: float
     contrast: float
     brightness: float
     white: float
+    noise: float = 0.0
 
 
 class PoorSight(Enum):
@@ -72,8 +77,8 @@ class PoorSight(Enum):
 
 CAUSES = {
     PoorSight.SOFT: "it is blurred, as by a lens that is fogged, dirty or out of focus, or by enlarging",
-    PoorSight.DARK: "hardly anything stands out from the dark",
-    PoorSight.FAINT: "hardly anything stands out, as in fog, against the sun or through a misted windscreen",
+    PoorSight.DARK: "hardly anything stands out from the dark, or from noise",
+    PoorSight.FAINT: "hardly anything stands out, as in fog, against the sun, through misted glass or in noise",
     PoorSight.OVEREXPOSED: "most of it is white",
 }
 
@@ -128,7 +133,8 @@ def poor_sight(look: Look, before: PoorSight | None = None) -> PoorSight | None:
     def limit(value: float, name: str, *kinds: PoorSight) -> float:
         return value * (RELEASED[name] if before in kinds else 1.0)
 
-    if look.contrast < limit(LEAST_CONTRAST, "contrast", PoorSight.DARK, PoorSight.FAINT):
+    least = max(LEAST_CONTRAST, LEAST_OVER_NOISE * look.noise)
+    if look.contrast < limit(least, "contrast", PoorSight.DARK, PoorSight.FAINT):
         return PoorSight.DARK if look.brightness < DARK_BELOW else PoorSight.FAINT
     if look.white > limit(MOST_WHITE, "white", PoorSight.OVEREXPOSED):
         return PoorSight.OVEREXPOSED
@@ -160,9 +166,13 @@ def look_at(image: NDArray[np.uint8]) -> Look:
         blur = AGAIN_PX / math.sqrt(max(float(ratio) ** 2 - 1, 1e-3)) * factor / width
     standing_out = pixels - max(round(CONTRAST_PART * pixels), 1)
     contrast = np.partition(again, standing_out, axis=None)[standing_out]
-    return Look(blur, float(contrast), float(np.median(small)), float(np.mean(small >= WHITE)))
+    bends = np.abs(cv2.sepFilter2D(grey, -1, _SECOND_DIFFERENCE, _ONE))
+    quartile = float(np.partition(bends, pixels // 4, axis=None)[pixels // 4])
+    noise = quartile / QUARTILE_SIGMAS / float(np.linalg.norm(_SECOND_DIFFERENCE))
+    return Look(blur, float(contrast), float(np.median(small)), float(np.mean(small >= WHITE)), noise)
 
 
 _ONE = np.ones(1, np.float32)
 _DIFFERENCE = np.array([-0.5, 0.0, 0.5], np.float32)
+_SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0], np.float32)
 _BLUR = cv2.getGaussianKernel(9, AGAIN_PX, cv2.CV_32F)

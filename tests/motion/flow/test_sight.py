@@ -61,6 +61,13 @@ def test_the_blur_is_a_part_of_the_width_however_many_pixels_there_are():
     assert large == pytest.approx(small, rel=0.03)
 
 
+@pytest.mark.parametrize("sigma", [4.0, 6.0, 12.0])
+def test_noise_is_measured(sigma: float):
+    """Less is lost in whole grey values."""
+    noisy = np.random.default_rng(1).normal(120, sigma, (360, 640, 3))
+    assert look_at(np.rint(noisy).astype(np.uint8)).noise == pytest.approx(sigma, rel=0.15)
+
+
 def test_a_picture_without_edges_has_no_blur_but_no_contrast_either():
     look = look_at(np.full((360, 640, 3), 90, np.uint8))
     assert np.isnan(look.blur)
@@ -75,6 +82,9 @@ def test_a_picture_without_edges_has_no_blur_but_no_contrast_either():
         (CLEAR._replace(contrast=5.0), PoorSight.FAINT),
         (CLEAR._replace(contrast=5.0, brightness=20.0), PoorSight.DARK),
         (CLEAR._replace(brightness=20.0), None),
+        (CLEAR._replace(noise=5.0), None),
+        (CLEAR._replace(noise=15.0), PoorSight.FAINT),
+        (CLEAR._replace(noise=15.0, brightness=20.0), PoorSight.DARK),
         (CLEAR._replace(white=0.7), PoorSight.OVEREXPOSED),
         (CLEAR._replace(blur=float("nan")), None),
     ],
