@@ -78,7 +78,7 @@ class PoorSight(Enum):
 CAUSES = {
     PoorSight.SOFT: "it is blurred, as by a lens that is fogged, dirty or out of focus, or by enlarging",
     PoorSight.DARK: "hardly anything stands out from the dark, or from noise",
-    PoorSight.FAINT: "hardly anything stands out, as in fog, against the sun, through misted glass or in noise",
+    PoorSight.FAINT: "hardly anything stands out, as in fog, against the sun, through misted glass or noise",
     PoorSight.OVEREXPOSED: "most of it is white",
 }
 
