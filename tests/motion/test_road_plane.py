@@ -72,6 +72,22 @@ def test_braking_is_followed():
     assert sum(state.speed_mps is not None for state in states[25:]) > 15
 
 
+@pytest.mark.parametrize(("braking_mps2", "most_sigmas"), [(5.0, 2.0), (8.0, 3.0)])
+def test_of_a_road_that_vanishes_while_we_brake_the_speed_is_known_no_better_than_it_is(
+    braking_mps2, most_sigmas
+):
+    pictures = itertools.count()
+
+    def vanish(picture):
+        if next(pictures) > 28:
+            picture[:] = 110 + 0.02 * (picture - 110)
+
+    speeds_mps = [20.0] * 25 + [20.0 - braking_mps2 * step / RATE_HZ for step in range(1, 24)]
+    for state, speed_mps in zip(drive(estimator(), speeds_mps, change=vanish), speeds_mps, strict=True):
+        if state.speed_mps is not None:
+            assert state.speed_mps - speed_mps < most_sigmas * state.speed_sigma_mps
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("rate_hz", [10, 20])
 def test_braking_is_followed_within_a_fifth_of_a_second_at_every_rate(rate_hz):

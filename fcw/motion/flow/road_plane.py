@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from fcw.box import Box
 from fcw.camera.calibration import Gaussian
 from fcw.camera.ground_plane import FloatArray
-from fcw.motion.flow.speed_grid import ACCELERATION_MPS2, SPEEDS_MPS, SpeedGrid
+from fcw.motion.flow.speed_grid import ACCELERATION_MPS2, LEAST_CORRELATION, SPEEDS_MPS, SpeedGrid
 from fcw.motion.view import RoadView
 
 STEP_M, ROWS, NEAREST_M, HALF_WIDTH_M = 0.1, 90, 4.5, 3.0
@@ -100,14 +100,23 @@ class RoadPlane:
             self._stands = now.copy()
         self._stands += min(pair.dt_s / STANDS_S, 1.0) * (now - self._stands)
         ahead, backwards = _by_speed(before - self._stands, now - self._stands, pair.dt_s)
-        told = self._grid.update(ahead, pair.dt_s)
-        less_backwards = self._grid_less_backwards.update(ahead - np.maximum(backwards, 0.0), pair.dt_s)
         self._since_s += pair.dt_s
-        if found := told or less_backwards:
-            self._told, self._since_s = found, 0.0
+        told = [
+            (found, correlation)
+            for grid, correlation in (
+                (self._grid, ahead),
+                (self._grid_less_backwards, ahead - np.maximum(backwards, 0.0)),
+            )
+            if (found := grid.update(correlation, pair.dt_s)) is not None
+        ]
+        if told:
+            self._told, correlation = told[0]
+            # A grid remembers for a second what is not seen any more, and knows nothing of our braking since.
+            if float(np.interp(self._told.value, SPEEDS_MPS, correlation)) > LEAST_CORRELATION:
+                self._since_s = 0.0
 
     def speed_mps(self, height_m: float, pitch_sigma_rad: float) -> Gaussian | None:
-        """The speed; None where it is not known. What was told last decays.
+        """The speed; None where it is not known. What was seen last decays.
 
         Args:
             height_m: of the camera.
