@@ -111,8 +111,8 @@ class OwnMotionSummary:
         if self._contradicted_s < CONTRADICTED_S:
             return ()
         return (
-            f"the own speed that was given says for {self._contradicted_s:.1f} s that you stand, while the "
-            "picture says that you drive: check it, as warnings are missing there if it is wrong",
+            f"the given own speed says that you stand for {self._contradicted_s:.1f} s in which the "
+            "picture shows that you drive: check it; if it is wrong, warnings are missing there",
         )
 
     @property
@@ -122,9 +122,9 @@ class OwnMotionSummary:
             return ()
         word = "short" if ratio < 1 else "long"
         return (
-            f"by the speed that was given your distances are {abs(ratio - 1):.0%} {word}: the camera is "
-            f"{abs(1 / ratio - 1):.0%} {'higher' if ratio < 1 else 'lower'} than the calibration says, "
-            "or the calibration is wrong",
+            f"by the given own speed, the distances are {abs(ratio - 1):.0%} {word}: the camera is "
+            f"{abs(1 / ratio - 1):.0%} {'higher' if ratio < 1 else 'lower'} than the calibration says, or "
+            "the calibration is wrong",
         )
 
     def as_json(self, calibrated_pitch_rad: float) -> dict[str, Any]:
@@ -219,13 +219,13 @@ class DriveSummary:
         gaps_s = given.gaps_s(first_s - zero_s, last_s - zero_s)
         if gaps_s and self._own.given < self.frames:  # of a log the speeds are missing where pictures are
             return (
-                f"the own speed that was given is not used for {sum(gaps_s):.1f} s, as its samples there are "
-                f"more than {given.longest_step_s:.1f} s apart",
+                f"the given own speed is not used for {sum(gaps_s):.1f} s, as its samples there are more "
+                f"than {given.longest_step_s:.1f} s apart",
             )
         if self._own.given:
             return ()
         return (
-            f"the own speed that was given is not used: it is from {given.times_s[0]:.1f} s to "
+            f"the given own speed is not used: it is from {given.times_s[0]:.1f} s to "
             f"{given.times_s[-1]:.1f} s, and the drive from {first_s:.1f} s to {last_s:.1f} s on its "
             "source's clock",
         )
@@ -258,7 +258,7 @@ class DriveSummary:
         repeated = f", shown as {shown_hz:.1f} by repeating them" if new_hz < shown_hz else ""
         return (
             f"{new_hz:.1f} pictures a second{repeated}: tracking is made for 10 and more; with fewer, "
-            "closing speeds are uncertain, and warnings may be early, late or of nothing, or not come",
+            "closing speeds are uncertain, and warnings may be early, late, false or missing",
         )
 
     @property
@@ -274,18 +274,19 @@ class DriveSummary:
         if blank and self.blank_s >= BLANK_TOLD_S:
             times = _few([f"from {one.start_s:.1f} s to {one.end_s:.1f} s" for one in blank])
             notes.append(
-                f"pictures are black or blank {times}, as of a covered lens: nothing can be seen there, so "
-                "there could be no warning"
+                f"pictures are black or blank {times}, as with a covered lens: nothing can be seen there, "
+                "so no warning was possible"
             )
         cuts = [one for one in events if one.kind == "cut"]
         if cuts:
             times = _few([f"at {one.start_s:.1f} s" for one in cuts])
             notes.append(
-                f"the clip is cut {times}, as by editing: all vehicles begin anew there; where it goes on "
-                "with another camera its distances are wrong: divide the file there, and calibrate each part"
+                f"the clip is cut {times}, as by editing: tracking starts again there; if it goes on with "
+                "another camera, distances are wrong from there on: split the file there, and calibrate "
+                "each part"
                 if self.recorded
-                else f"the picture leaps {times}, as where it is damaged or the camera is moved: all "
-                "vehicles begin anew there"
+                else f"the picture jumps {times}, as where it is damaged or the camera is moved: tracking "
+                "starts again there"
             )
         return tuple(notes)
 
@@ -294,8 +295,8 @@ class DriveSummary:
         if not self.unseen_s:
             return ()
         return (
-            f"blind for {self.unseen_s:.1f} s of {self.duration_s:.1f} s: no picture was looked at then, so "
-            "there could be no warning",
+            f"blind for {self.unseen_s:.1f} s of {self.duration_s:.1f} s: no picture was examined then, so "
+            "no warning was possible",
         )
 
     @property
@@ -321,5 +322,5 @@ class DriveSummary:
 
 def _few(times: Sequence[str]) -> str:
     """The first of these, and how many more there are."""
-    more = f" and {len(times) - MOST_SPANS} times more" if len(times) > MOST_SPANS else ""
+    more = f" and {len(times) - MOST_SPANS} more times" if len(times) > MOST_SPANS else ""
     return ", ".join(times[:MOST_SPANS]) + more

@@ -187,7 +187,7 @@ def test_an_own_speed_of_another_time_is_told(tmp_path):
     speeds = "".join(f"{time_s},10\n" for time_s in range(0, 61, 10))
     (tmp_path / "speed.csv").write_text(f"time_s,speed_mps\n{speeds}")
     given = replace(job(tmp_path / "out"), ego_speed=tmp_path / "speed.csv", warning_policy="ttc")
-    told = "the own speed that was given is not used: it is from 0.0 s to 60.0 s, and the drive from 3600.0 s"
+    told = "the given own speed is not used: it is from 0.0 s to 60.0 s, and the drive from 3600.0 s"
     late, in_time = (fcw.run_drive(given, source()).notes for source in (LateSource, GreySource))
     assert [note for note in late if note.startswith(told)] == [f"{told} to 3600.8 s on its source's clock"]
     assert [note for note in in_time if note.startswith("the own speed")] == []
@@ -200,7 +200,7 @@ def test_gaps_of_the_own_speed_that_was_given_are_told(tmp_path):
     )
     seen: list[fcw.FrameResult] = []
     notes = fcw.run_drive(given, GreySource(), on_result=seen.append).notes
-    told = "the own speed that was given is not used for 0.6 s, as its samples there are more than 1.0 s"
+    told = "the given own speed is not used for 0.6 s, as its samples there are more than 1.0 s"
     assert f"{told} apart" in notes
     assert [one.ego_speed_mps for one in seen] == [10.0] * 6 + [None] * (FRAMES - 6)
 

@@ -89,7 +89,7 @@ def test_time_without_pictures_is_told_as_what_nobody_could_be_warned_of() -> No
     quiet = [result(index, WarningLevel.NONE, None) for index in (0, 1, 11, 26, 27, 50)]
     summary = summed(*quiet)  # 1.0 s between two pictures are not told, 1.5 s and 2.3 s are
     assert summary.blind_s == pytest.approx(3.8)
-    said = "blind for 3.8 s of 5.0 s: no picture was looked at then, so there could be no warning"
+    said = "blind for 3.8 s of 5.0 s: no picture was examined then, so no warning was possible"
     assert summary.all_notes == (said,)
     assert summary.as_json(1.0)["notes"] == [said]
     assert summed(*quiet[:3]).all_notes == ()
@@ -109,7 +109,7 @@ def test_too_few_pictures_a_second_are_told() -> None:
     for rate_hz in (5.0, 7.5, 9.0):
         (note,) = at_hz(rate_hz).all_notes
         assert f"{rate_hz:.1f} pictures a second" in note
-        assert "early, late or of nothing" in note
+        assert "early, late, false or missing" in note
     assert at_hz(10).all_notes == ()
     assert at_hz(5, count=8).all_notes == ()  # too short to tell
     assert ["blind" in note for note in at_hz(0.5).all_notes] == [True]  # none was looked at for seconds
@@ -142,8 +142,8 @@ def test_pictures_in_which_nothing_can_be_seen_are_told_and_counted_as_blind() -
     )
     assert summary.blind_s == pytest.approx(1.0 + 0.2)  # to the next picture, whatever that shows
     said = (
-        "pictures are black or blank from 0.0 s to 0.9 s, from 3.0 s to 3.2 s, as of a covered lens: nothing "
-        "can be seen there, so there could be no warning"
+        "pictures are black or blank from 0.0 s to 0.9 s, from 3.0 s to 3.2 s, as with a covered lens: "
+        "nothing can be seen there, so no warning was possible"
     )
     assert summary.all_notes == (said,)
     assert summary.as_json(1.0)["blind_s"] == pytest.approx(1.2)
@@ -175,7 +175,7 @@ def test_one_black_picture_hides_nothing() -> None:
 def test_of_many_cuts_the_first_ones_are_told() -> None:
     cut = [replace(result(index, WarningLevel.NONE, None), notes=(CUT,) * (index % 2)) for index in range(11)]
     (note,) = summed(*cut).all_notes
-    assert note.startswith("the clip is cut at 0.1 s, at 0.3 s, at 0.5 s and 2 times more, as by editing: ")
+    assert note.startswith("the clip is cut at 0.1 s, at 0.3 s, at 0.5 s and 2 more times, as by editing: ")
     assert summed(*cut).blind_s == 0
 
 
@@ -184,7 +184,7 @@ def test_nobody_has_edited_what_comes_from_a_camera() -> None:
     for index in range(4):
         summary.add(replace(result(index, WarningLevel.NONE, None), notes=(CUT,) * (index == 2)))
     (note,) = summary.all_notes
-    assert note.startswith("the picture leaps at 0.2 s, as where it is damaged")
+    assert note.startswith("the picture jumps at 0.2 s, as where it is damaged")
     assert "edit" not in note
     assert "file" not in note
 
@@ -201,7 +201,7 @@ def test_of_many_times_in_which_nothing_can_be_seen_the_first_ones_are_told() ->
         f(i) for i in range(0, 12, 2) for f in (blank, lambda i: result(i + 1, WarningLevel.NONE, None))
     )
     (said,) = summed(*flickering).all_notes
-    assert "from 0.4 s to 0.4 s and 3 times more, as of a covered lens" in said
+    assert "from 0.4 s to 0.4 s and 3 more times, as with a covered lens" in said
 
 
 def test_json_has_the_keys_that_scripts_rely_on() -> None:
@@ -273,8 +273,8 @@ def test_without_a_given_speed_or_with_little_way_there_is_no_scale() -> None:
 def test_a_given_standstill_while_the_picture_drives_is_told() -> None:
     (note,) = summed(*(moved(k, 0.0, 17.0) for k in range(31))).all_notes
     assert note == (
-        "the own speed that was given says for 3.0 s that you stand, while the picture says that you drive: "
-        "check it, as warnings are missing there if it is wrong"
+        "the given own speed says that you stand for 3.0 s in which the picture shows that you drive: "
+        "check it; if it is wrong, warnings are missing there"
     )
     assert summed(*(moved(k, 0.0, 17.0) for k in range(15))).all_notes == ()  # 1.4 s
     assert summed(*(moved(k, 0.0, 0.2) for k in range(31))).all_notes == ()
@@ -288,5 +288,5 @@ def test_gaps_of_a_given_speed_are_told_where_there_are_pictures_in_them() -> No
     assert summed(*pictures).notes_on(given) == ()
     (note,) = summed(*pictures[:3], moved(25, None, 20.0), *pictures[3:]).notes_on(given)
     assert note == (
-        "the own speed that was given is not used for 4.8 s, as its samples there are more than 1.0 s apart"
+        "the given own speed is not used for 4.8 s, as its samples there are more than 1.0 s apart"
     )

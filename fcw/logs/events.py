@@ -137,8 +137,8 @@ def _unseen(series: DriveSeries) -> Iterator[DriveEvent]:
     for steps in _runs(long, np.zeros(len(long), np.int64)):
         start_s, end_s = (_seconds(series, int(series.time_ns[row])) for row in (steps.start, steps.stop))
         note = (
-            f"pictures are more than {BLIND_AFTER_S:g} s apart for {end_s - start_s:.1f} s: none was looked "
-            "at between them, so there could be no warning"
+            f"pictures are more than {BLIND_AFTER_S:g} s apart for {end_s - start_s:.1f} s: nothing was "
+            "examined between them, so no warning was possible"
         )
         yield DriveEvent("nothing seen", start_s, end_s, start_s, None, "", None, None, None, 0.0, note)
 

@@ -51,11 +51,13 @@ class MountNote:
         believed = replace(self._camera, pitch_rad=self._mount.pitch_rad)
         read_m = self._camera.distance_at(believed.row_at(SHOWN_AT_M))
         without = (
-            f"{SHOWN_AT_M:.0f} m would read {read_m:.0f} m" if read_m < 1000 else "far distances have none"
+            f"else {SHOWN_AT_M:.0f} m would read {read_m:.0f} m"
+            if read_m < 1000
+            else "else far ones would have no value"
         )
         return (
-            f"the camera looks {math.degrees(abs(off_rad)):.1f} degrees farther {direction} "
-            "than when it was calibrated: the mount has moved, or the calibration is wrong; distances go by "
-            f"where it looks now, without that {without}; `fcw calibrate --from-drive DRIVE "
-            "--save FILE` makes it the calibration"
+            f"the camera looks {math.degrees(abs(off_rad)):.1f} degrees farther {direction} than when it "
+            "was calibrated: the mount has moved, or the calibration is wrong; distances are computed for "
+            f"where it looks now ({without}); `fcw calibrate --from-drive DRIVE --save FILE` saves that as "
+            "the calibration"
         )

@@ -82,8 +82,8 @@ class ImageFolderSource:
             self._opening_notes = tuple(_missing(self.name, self._pictures))
             if frame_rate_hz is None and len(self._pictures) > 1:
                 self._opening_notes += (
-                    f"{self.name}: no {TIMES_NAME}, so {DEFAULT_FRAME_RATE_HZ:g} pictures a second assumed; "
-                    "speeds and times to collision depend on it",
+                    f"{self.name}: no {TIMES_NAME}, so {DEFAULT_FRAME_RATE_HZ:g} pictures a second are "
+                    "assumed; speeds and times to collision depend on that",
                 )
 
     @property
@@ -157,7 +157,8 @@ def _missing(name: str, pictures: Sequence[Path]) -> Iterator[str]:
         pictures_missing = "1 picture is" if count == 1 else f"{count} pictures are"
         yield (
             f"{name}: {pictures_missing} missing by the numbers in the names, the first after "
-            f"{pictures[holes[0]].name}; times go on as if none were: a {TIMES_NAME} says when each was taken"
+            f"{pictures[holes[0]].name}; times go on as if none were missing: a {TIMES_NAME} says when each "
+            "was taken"
         )
 
 

@@ -36,7 +36,7 @@ def squaring(stream: VideoStream, picture: VideoFrame) -> tuple[Orient, str]:
         )
         return np.asarray(resized, np.uint8).reshape(image.shape[0], width, -1)
 
-    return square, f"{picture.width}x{picture.height} made {width}x{picture.height}"
+    return square, f"resized from {picture.width}x{picture.height} to {width}x{picture.height}"
 
 
 def orientation(picture: VideoFrame) -> tuple[Orient, str]:

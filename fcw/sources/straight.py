@@ -32,7 +32,7 @@ class StraightSource(ForwardingSource):
     @property
     def coded_anew(self) -> str:
         """Why there are no packets."""
-        return super().coded_anew or "they are made straight"
+        return super().coded_anew or "they are straightened"
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -45,7 +45,7 @@ class StraightSource(ForwardingSource):
         ]
         if self._way.lens is not None:
             undone.append("the lens's distortion")
-        return (*super().notes, f"pictures made straight: {', '.join(undone)}")
+        return (*super().notes, f"pictures straightened: {', '.join(undone)} removed")
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """The source's, straight."""

@@ -187,7 +187,7 @@ class VideoSource:
     @property
     def notes(self) -> tuple[str, ...]:
         """How pictures were set right, and after iteration what could not be read."""
-        changes = [f"{self._squared}, as its pixels are not square"] if self._squared else []
+        changes = [f"{self._squared}, because their pixels are not square"] if self._squared else []
         changes += [f"{self._turn}, as the file asks"] if self._turn else []
         return tuple(f"{self.name}: pictures are {change}" for change in changes) + self._notes
 
@@ -248,9 +248,12 @@ class VideoSource:
             missing = announced - decoding.packets_read
             yield f"{self.name}: the file is cut short: {missing} of {announced} pictures missing, {last}"
         elif end is not None and last_ns is not None and end.time_ns - last_ns > end.shortfall_ns:
-            yield f"{self.name}: the file is cut short: {last}, it announces {_seconds(end.time_ns)}"
+            yield (
+                f"{self.name}: the file is cut short: {last}, but it should last until "
+                f"{_seconds(end.time_ns)}"
+            )
         elif decoding.error:
-            yield f"{self.name}: the file cannot be read on ({decoding.error}), {last}"
+            yield f"{self.name}: the file cannot be read further ({decoding.error}), {last}"
         if decoding.undecodable:
             yield f"{self.name}: {_pictures(decoding.undecodable)} damaged beyond decoding, left out"
         if clock.estimated:

@@ -134,8 +134,8 @@ class MountWatch:
         direction = "down" if self.deviation_rad > 0 else "up"
         return (
             f"the camera looks {math.degrees(abs(self.deviation_rad)):.1f} degrees farther {direction} than "
-            "when it was calibrated: the mount has moved, or the calibration is wrong; distances go by where "
-            "it looks now; calibrate again"
+            "when it was calibrated: the mount has moved, or the calibration is wrong; distances are "
+            "computed for where it looks now; calibrate again"
         )
 
     def _take_step(self) -> None:

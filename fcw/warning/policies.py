@@ -89,11 +89,11 @@ def without_own_speed(name: str) -> str:
     """
     if POLICIES[name].needs_own_speed:
         raise UserError(
-            f"--warning-policy {name}: goes by the own speed; give it with --ego-speed, let the picture tell "
-            f"it (without --no-own-motion), or choose {DEFAULT_POLICY}"
+            f"--warning-policy {name}: needs the own speed; give it with --ego-speed, have it estimated "
+            f"from the picture (leave out --no-own-motion), or choose {DEFAULT_POLICY}"
         )
     return (
-        "own speed unknown: warnings go by distance, closing speed and TTC only; following too closely is "
-        "not advised, a lead that brakes counts as one that goes on braking until we do, and oncoming "
-        "vehicles are told by their place alone; give --ego-speed, or leave out --no-own-motion"
+        "own speed unknown: warnings use distance, closing speed and TTC only; there is no advisory for "
+        "following too closely, a braking lead is assumed to brake until you do, and oncoming vehicles are "
+        "recognised by their position alone; give --ego-speed, or leave out --no-own-motion"
     )

@@ -67,7 +67,8 @@ def _on_size(drive: PreparedDrive, rerun_log: bool) -> tuple[str, ...]:
     logs = f"{MCAP_NAME} and {RRD_NAME} are each" if rerun_log else f"{MCAP_NAME} is"
     mend = "; --no-rerun-log leaves one of them out" if rerun_log else ""
     return (
-        f"{logs} {times:.1f} times as large as {video.name}: the pictures are coded anew, as {why}{mend}",
+        f"{logs} {times:.1f} times as large as {video.name}: the pictures are encoded again, because "
+        f"{why}{mend}",
     )
 
 

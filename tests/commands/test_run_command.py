@@ -156,7 +156,7 @@ def test_why_a_log_is_much_larger_than_its_video_is_said(quick: str, tmp_path: P
     said = capsys.readouterr().err
     times = (tmp_path / "out" / "drive.mcap").stat().st_size / video.stat().st_size
     assert f"drive.mcap and drive.rrd are each {times:.1f} times as large as small.mp4" in said
-    assert "coded anew, as the video has B frames" in said
+    assert "encoded again, because the video has B frames" in said
     assert "--no-rerun-log leaves one of them out" in said
     assert main([*command, "--no-rerun-log"]) == 0
     said = capsys.readouterr().err

@@ -41,7 +41,7 @@ def test_without_times_ten_a_second_are_assumed_and_said(tmp_path):
     source = open_source(tmp_path / "drive")
     assert [frame.time_ns for frame in source.frames()] == [0, 100_000_000, 200_000_000]
     assert (source.name, source.frame_count, source.relays_video) == ("drive", 3, False)
-    assert "10 pictures a second assumed" in " ".join(source.notes)
+    assert "10 pictures a second are assumed" in " ".join(source.notes)
 
 
 def test_a_frame_rate_gives_exact_times(tmp_path):

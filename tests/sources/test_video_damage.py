@@ -156,8 +156,8 @@ def test_a_matroska_file_cut_in_its_middle_says_how_much_is_missing(make_video, 
     frames = list(source.frames())
     assert 40 < len(frames) < 70
     assert source.notes == (
-        f"cut_long.mkv: the file is cut short: the last picture read is at {frames[-1].time_ns / 1e9:.3f} s, "
-        "it announces 4.000 s",
+        f"cut_long.mkv: the file is cut short: the last picture read is at {frames[-1].time_ns / 1e9:.3f} "
+        "s, but it should last until 4.000 s",
     )
 
 
@@ -167,7 +167,9 @@ def test_a_matroska_file_that_lacks_less_than_a_second_says_so(make_video, noise
     last_s = [frame.time_ns for frame in source.frames()][-1] / 1e9
     assert 3.2 < last_s < 3.6
     (note,) = source.notes
-    assert note.endswith(f"cut short: the last picture read is at {last_s:.3f} s, it announces 4.000 s")
+    assert note.endswith(
+        f"cut short: the last picture read is at {last_s:.3f} s, but it should last until 4.000 s"
+    )
 
 
 @pytest.mark.parametrize("suffix", ["mp4", "mkv", "ts", "mov"])

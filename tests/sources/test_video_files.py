@@ -83,7 +83,7 @@ def test_pixels_that_are_not_square_are_made_so(make_video, ratio: Fraction | No
     assert int(np.argmax(frame.image[24, :, 1] > 125)) == pytest.approx(width / 2, abs=1)
     as_it_is = width == 96
     assert source.relays_video == as_it_is
-    expected = f"tape.mp4: pictures are 96x48 made {width}x48, as its pixels are not square"
+    expected = f"tape.mp4: pictures are resized from 96x48 to {width}x48, because their pixels are not square"
     assert source.notes == (() if as_it_is else (expected,))
 
 

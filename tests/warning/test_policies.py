@@ -289,7 +289,7 @@ def test_following_too_closely_is_an_advisory_from_40_km_h_down_to_30():
 def test_without_the_own_speed_there_is_no_advisory_and_that_is_said():
     assert level_at(3.0, 0.0) == WarningLevel.NONE
     assert "give --ego-speed" in without_own_speed(DEFAULT_POLICY)
-    message = "--warning-policy rss: goes by the own speed; give it with --ego-speed"
+    message = "--warning-policy rss: needs the own speed; give it with --ego-speed"
     with pytest.raises(UserError, match=re.escape(message)):
         without_own_speed("rss")
 

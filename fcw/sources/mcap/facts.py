@@ -139,8 +139,8 @@ def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str
         if len(topics) > 1:
             return None, (
                 *notes,
-                f"{file.path.name}: the own speed may be in {' or '.join(topics)} ({kind}); "
-                "none is used: give it with --ego-speed",
+                f"{file.path.name}: the own speed may be in {' or '.join(topics)} ({kind}); none of them "
+                "is used: give the own speed with --ego-speed",
             )
         if topics:
             speed, strays, beyond = _speeds(file, topics[0], speed_of, stamps)
@@ -159,8 +159,8 @@ def _ego_speed(file: McapFile, stamps: bool) -> tuple[EgoSpeed | None, tuple[str
             elif speed is not None:
                 # Who knows only places leaves the speed empty; if we stood, nothing would be warned of.
                 notes += (
-                    f"{file.path.name}: the own speed in {topics[0]} ({kind}) is 0 throughout, as where "
-                    "nobody filled it in: it is not used; if you stood, give it with --ego-speed 0",
+                    f"{file.path.name}: the own speed in {topics[0]} ({kind}) is 0 throughout, as if never "
+                    "filled in: it is not used; if the car stood, give --ego-speed 0",
                 )
     return None, notes
 

@@ -304,8 +304,8 @@ def stray_notes(label: str, strays: int, what: str) -> tuple[str, ...]:
     if not strays:
         return ()
     if strays == 1:
-        return (f"{label}: 1 {what} with a time stamp that cannot be: its log time counts",)
-    return (f"{label}: {strays} {what}s with time stamps that cannot be: their log times count",)
+        return (f"{label}: 1 {what} with an impossible time stamp: its log time is used",)
+    return (f"{label}: {strays} {what}s with impossible time stamps: their log times are used",)
 
 
 def _stamp_ns(content: Any) -> int | None:  # noqa: ANN401 - of any schema

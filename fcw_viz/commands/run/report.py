@@ -58,7 +58,8 @@ def report_drive(
         )
     elif summary["duration_s"] < SHORTEST_S:
         console.print(
-            "no warnings, but this is too short for any: a vehicle is followed for about a second first"
+            "no warnings, but the drive is too short for any: a vehicle is followed for about a second "
+            "before the first one"
         )
     else:
         console.print("no warnings")

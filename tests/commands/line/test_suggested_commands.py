@@ -67,7 +67,7 @@ def test_a_drive_too_short_for_a_warning_says_so(folder, duration_s, said):
     summary |= {"frames_with_lead": 0, "warnings": [], "blind_s": 0.0}
     told = io.StringIO()
     report_drive(DriveOutcome(summary, (), False), folder, Console(file=told, width=300))
-    assert ("no warnings, but this is too short for any" in told.getvalue()) == said
+    assert ("no warnings, but the drive is too short for any" in told.getvalue()) == said
 
 
 def test_the_end_of_a_simulation_names_its_run(folder, monkeypatch, capsys):

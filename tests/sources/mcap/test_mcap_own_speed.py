@@ -39,8 +39,8 @@ def test_a_speed_that_is_0_throughout_is_as_good_as_none(tmp_path: Path) -> None
     found = facts(tmp_path, [twist(number, 0.0) for number in range(10)])
     assert found.ego_speed is None
     assert found.notes == (
-        "drive.mcap: the own speed in /twist (geometry_msgs/TwistStamped) is 0 throughout, as where nobody "
-        "filled it in: it is not used; if you stood, give it with --ego-speed 0",
+        "drive.mcap: the own speed in /twist (geometry_msgs/TwistStamped) is 0 throughout, as if never "
+        "filled in: it is not used; if the car stood, give --ego-speed 0",
     )
 
 
@@ -90,7 +90,7 @@ def test_one_stamp_of_an_hour_later_leaves_the_speeds_as_they_are(tmp_path: Path
     # At the ends rounding may put a time just outside.
     assert speeds[1:-1] == pytest.approx([10.0 + number for number in late][1:-1], abs=1e-4)
     assert found.ego_speed.times_s[-1] == pytest.approx((START_NS + 19 * PERIOD_NS) / 1e9)
-    strays = "drive.mcap: /twist: 2 messages with time stamps that cannot be: their log times count"
+    strays = "drive.mcap: /twist: 2 messages with impossible time stamps: their log times are used"
     assert found.notes == (TWIST_NOTE, strays)
 
 

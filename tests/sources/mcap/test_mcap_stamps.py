@@ -41,7 +41,7 @@ def test_a_picture_with_a_wrong_stamp_stands_where_it_was_logged(
     assert [int(frame.image[0, 0, 0]) for frame in read] == list(range(COUNT))
     assert source.frame_rate_hz == pytest.approx(30, rel=1e-3)
     (note,) = source.notes
-    assert note.endswith(": 1 picture with a time stamp that cannot be: its log time counts")
+    assert note.endswith(": 1 picture with an impossible time stamp: its log time is used")
 
 
 def test_pictures_are_found_by_their_times_also_behind_a_wrong_stamp(tmp_path: Path) -> None:
@@ -53,7 +53,7 @@ def test_pictures_are_found_by_their_times_also_behind_a_wrong_stamp(tmp_path: P
 def test_several_wrong_stamps_are_counted(tmp_path: Path) -> None:
     source = recording(tmp_path, {3: HOUR_NS, 4: 2 * HOUR_NS, 15: -HOUR_NS})
     assert [frame.time_ns for frame in source.frames()] == TIMES_NS
-    assert "3 pictures with time stamps that cannot be: their log times count" in source.notes[0]
+    assert "3 pictures with impossible time stamps: their log times are used" in source.notes[0]
 
 
 def test_stamps_are_kept_where_the_log_times_are_those_of_a_copy(tmp_path: Path) -> None:
@@ -84,4 +84,4 @@ def test_a_packet_of_a_video_with_a_wrong_stamp_stands_where_it_was_logged(tmp_p
     source = open_source(path)
     assert [frame.time_ns for frame in source.frames()] == times_ns
     (note,) = source.notes
-    assert note.endswith("/video: 2 pictures with time stamps that cannot be: their log times count")
+    assert note.endswith("/video: 2 pictures with impossible time stamps: their log times are used")
