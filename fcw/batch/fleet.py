@@ -121,9 +121,9 @@ class Fleet:
                 "Camera pitch at the end of the drive", "degrees below the calibration", self.mount_off_deg
             ),
             _histogram(
-                "Headway to the lead", "headway, s", "share of frames with one", HEADWAY_EDGES_S, share
+                "Headway to the lead", "headway, s", "share of frames with a lead", HEADWAY_EDGES_S, share
             ),
-            _histogram("Smallest time to collision", "TTC, s", "events", TTC_EDGES_S, counts, 5.0),
+            _histogram("Minimum time to collision", "TTC, s", "events", TTC_EDGES_S, counts, 5.0),
         ]
 
     def html(self, out: Path) -> str:
@@ -145,8 +145,8 @@ class Fleet:
             f"<style>{_STYLE}</style><h1>{len(self.names)} drive{'s' * (len(self.names) != 1)}</h1>"
             f"{self._unfinished_html()}"
             f'<h2>Worst moments</h2><div class="moments">{moments or "None."}</div>'
-            f'<h2>The fleet</h2><div class="charts">{charts}</div>'
-            f"<h2>The drives by number</h2><ol>{drives or '<li>None.</li>'}</ol>"
+            f'<h2>Fleet charts</h2><div class="charts">{charts}</div>'
+            f"<h2>Drives by number</h2><ol>{drives or '<li>None.</li>'}</ol>"
             f"<h2>Notes on the drives</h2><ul>{notes or '<li>None.</li>'}</ul></html>\n"
         )
 
@@ -158,7 +158,7 @@ class Fleet:
         states = ", ".join(f"{number} {state.value}" for state, number in Counter(self.unfinished).items())
         return (
             f"<p><b>{count} more drive{'s are' if count != 1 else ' is'} not done</b> ({states}). The "
-            f"reasons are in <code>{DRIVES_NAME}</code> beside this page, and in the list of "
+            f"reasons are in <code>{DRIVES_NAME}</code> beside this page, and in "
             "<code>fcw review</code> of this folder, under <i>drives not done</i>.</p>"
         )
 
@@ -176,7 +176,7 @@ class Fleet:
             label, x_range = f"days since {first:%Y-%m-%d}, UTC", (0.0, float(np.ceil(max(xs))) or 1.0)
         else:
             xs = [float(number) for number in range(1, len(values) + 1)]
-            label, x_range = "number of the drive, in the order of names", (0.0, len(values) + 1.0)
+            label, x_range = "drive number, in order of name", (0.0, len(values) + 1.0)
             ticks = range(1, len(values) + 1, -(-len(values) // MOST_NUMBERS))
         cameras = sorted(set(self.cameras))
         if len(cameras) > MOST_CAMERAS:

@@ -4,7 +4,7 @@
 const AT_MOST_MS = 900; // older than that the notice stands
 const LONGEST_MS = 1e8; // of a drive, for the animation
 const WORDS_MS = 100;
-const OLD_WORDS = "This picture is old: no newer one has come for a while";
+const OLD_WORDS = "This picture is old: no new one has arrived for a while";
 
 const age = (window.fcwAge ??= {
   coming: null, captured: null, animation: null, notice: null, words: OLD_WORDS, listens: false });

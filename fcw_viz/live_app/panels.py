@@ -31,10 +31,10 @@ TOP_PX = 8.0
 """Over the plots."""
 FIRST_LAYOUT = StripLayout(1040.0, 300.0)
 HELP_ROWS = (
-    ("B", "view from above, or the picture"),
+    ("B", "picture or view from above"),
     ("M", "sound on, off"),
-    ("O", "picture without the overlay"),
-    ("Mouse", "over a box: details of the vehicle"),
+    ("O", "overlay on, off"),
+    ("Mouse", "over a box: vehicle details"),
     ("F", "whole picture"),
 )
 
@@ -155,5 +155,5 @@ def _sound_html() -> str:
         f"<button {says('mute:')} title=Sound on, off (M)>Sound</button>"
         '<span class="waits">silent until you click or press a key here</span>'
         '<span class="on">on</span><span class="muted">off</span></div>'
-        f'<button {says("birdseye:")} title="View from above, or the picture (B)">From above</button>'
+        f'<button {says("birdseye:")} title="Picture or view from above (B)">From above</button>'
     )

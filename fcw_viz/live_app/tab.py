@@ -231,9 +231,9 @@ class LiveTab(PageTab):
 
     def _keys(self) -> tuple[Key, ...]:
         return (
-            Key("View from above, or the picture", "B", None, self._switch_birds_eye),
+            Key("Picture or view from above", "B", None, self._switch_birds_eye),
             Key("Sound on, off", "M", None, self._mute),
-            Key("Picture with or without overlay", "O", None, self._switch_overlay),
+            Key("Overlay on or off", "O", None, self._switch_overlay),
             Key("Whole picture", "F", None, self.view.fit),
         )
 

@@ -142,7 +142,7 @@
       }
     }
     const commands = document.querySelector(".tabler-icon-list-search")?.closest("button");
-    commands?.setAttribute("aria-label", "Every command (Ctrl K)");
+    commands?.setAttribute("aria-label", "All commands (Ctrl K)");
     window.__viserMutable?.canvas?.setAttribute("aria-label", "The picture of the drive");
     window.__viserMutable?.canvas?.setAttribute("role", "img");
   };

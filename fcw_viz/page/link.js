@@ -3,7 +3,7 @@
 // that, so that none ever succeeds. Here the program is asked by plain requests, which nobody holds back, and the page
 // is loaded anew when it answers: its address says where it was.
 const ASK_MS = 1000;
-const AWAY_WORDS = "The program does not answer. This page comes back by itself when it does.";
+const AWAY_WORDS = "The program is not responding. This page reconnects by itself when it does.";
 
 const link = (window.fcwLink ??= { worker: null, notice: null, ended: null });
 const ask = async () => {

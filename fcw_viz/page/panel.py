@@ -19,4 +19,4 @@ def add_page_panel(gui: viser.GuiApi, run: Run, help_rows: Iterable[tuple[str, s
         dark: colours at the beginning.
     """
     gui.add_html(text_block(help_table(help_rows)))
-    on_choice(gui.add_checkbox("Dark colours", dark), run, lambda chosen: set_colours(gui, chosen))
+    on_choice(gui.add_checkbox("Dark mode", dark), run, lambda chosen: set_colours(gui, chosen))

@@ -115,8 +115,8 @@ class Pictures:
                 return last
             if start == 0:
                 raise UserError(
-                    f"{self.name}: no picture of it can be read any more; "
-                    "see whether the file is still there, and open the page again"
+                    f"{self.name}: its pictures can no longer be read; check that the file is still there, "
+                    "then open the page again"
                 )
             back *= 4
 

@@ -21,7 +21,7 @@ from fcw_viz.page.tidying import Tidying
 
 DEFAULT_PORT = 8080
 LAST_PORT = 65535
-GOODBYE = "The program has ended. Start it again, and this page comes back."
+GOODBYE = "The program has ended. Start it again, and this page reconnects."
 GOODBYE_S = 1.0
 """At its end the program waits at most so long until every page has read that."""
 

@@ -13,8 +13,8 @@ from fcw_viz.review_app.place import Place
 MISSED_BEFORE_S, MISSED_AFTER_S = 1.0, 1.0
 """A missed event reaches so far around the moment at which it is added."""
 NOTHING_TO_UNDO = (
-    "nothing to undo of what counts and was said in this tab since it was loaded. The key of a verdict "
-    "(1 to 4), pressed again, clears it; under Notes, ✕ takes back a note or a missed event"
+    "nothing to undo: only what this tab did since it was loaded can be undone. To clear a verdict, "
+    "press its key (1 to 4) again; to remove a note or a missed event, press ✕ under Notes"
 )
 
 
@@ -212,7 +212,7 @@ class Annotating:
 
     def _set_to_range(self, entry_id: str) -> None:
         if self._place.marked is None:
-            raise UserError("mark a range first: A where it starts, S where it ends")
+            raise UserError("mark a range first: press A at its start and S at its end")
         start_s, end_s = self._place.marked
         self.change_missed(entry_id, start_s=start_s, end_s=end_s)
 

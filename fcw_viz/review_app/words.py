@@ -51,7 +51,7 @@ JUDGEMENT_KEYS = {
     Judgement.FALSE: "4",
 }
 DISAGREEMENT_SIGN = "≠"
-DISAGREEMENT = "judged differently by different people"
+DISAGREEMENT = "judged differently"
 LEVEL_NAMES = {
     WarningLevel.NONE: "no warning",
     WarningLevel.ADVISORY: "advisory: following too closely",
@@ -95,7 +95,7 @@ def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
         rows.append(("Braking needed", braking_text(warning.required_deceleration_mps2)))
     if warning.collision_probability is not None and warning.overlap_m is not None:
         rows.append(("Overlap", _overlap_words(warning.overlap_m, imperial)))
-        rows.append(("Collision", f"{warning.collision_probability:.0%} likely if all drive on"))
+        rows.append(("Collision", f"{warning.collision_probability:.0%} likely if nobody reacts"))
     if warning.headway_s is not None:
         rows.append(("Headway", f"{warning.headway_s:.1f} s"))
     if result.ego_speed_mps is not None:

@@ -232,7 +232,7 @@ def test_drives_that_say_when_they_were_stand_over_days_each_camera_in_its_colou
         ("van", [(0.75, 0.1)]),
     ]
     undated = Fleet(["a", "b", "c"], ["van"] * 3, begun_ns, [1.0] * 3, [0.1] * 3)
-    assert undated.charts()[0].x_label.startswith("number of the drive")
+    assert undated.charts()[0].x_label.startswith("drive number")
 
 
 def test_each_dot_has_its_drives_name_and_its_number_in_a_list_of_all():

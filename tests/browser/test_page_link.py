@@ -17,7 +17,7 @@ PORTS = {"review": FIRST_PORT + 90, "calibrate": FIRST_PORT + 91}
 """Nobody else's, for a page must come back where it was."""
 ENDED = {
     "review": (signal.SIGINT, "The program has ended"),
-    "calibrate": (signal.SIGKILL, "The program does not answer"),
+    "calibrate": (signal.SIGKILL, "The program is not responding"),
 }
 """How, and what its page says then."""
 TRIES = 12

@@ -200,7 +200,7 @@ def test_a_folder_that_changes_under_the_page_is_one_message(tmp_path: Path):
         pictures.read(1)
     for file in folder.glob("*.png"):
         file.unlink()
-    with pytest.raises(UserError, match="no picture of it can be read any more"):
+    with pytest.raises(UserError, match="its pictures can no longer be read"):
         pictures.read(2)
 
 

@@ -107,7 +107,7 @@ def test_a_verdict_that_another_tab_has_changed_since_is_no_step_to_undo(
     other_tab.judge(Judgement.RIGHT)
     annotating.undo()  # the step before it counts
     assert place.review.review.notes == ()
-    with pytest.raises(UserError, match="nothing to undo of what counts"):
+    with pytest.raises(UserError, match="nothing to undo: only what this tab did"):
         annotating.undo()
     assert verdicts(place) == [(Judgement.RIGHT, None, "")]
     other_tab.undo()  # nobody has taken back what was said first
@@ -142,7 +142,7 @@ def test_a_tab_that_can_undo_nothing_says_how_a_verdict_of_before_is_cleared(
 ):
     annotating.judge(Judgement.FALSE)
     loaded_anew = Annotating(place, lambda title, text: None)
-    with pytest.raises(UserError, match=r"verdict \(1 to 4\), pressed again, clears it") as told:
+    with pytest.raises(UserError, match=r"To clear a verdict, press its key \(1 to 4\) again") as told:
         loaded_anew.undo()
     assert "list of notes" not in str(told.value)  # verdicts are not in it
     loaded_anew.judge(Judgement.FALSE)

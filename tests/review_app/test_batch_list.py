@@ -72,7 +72,7 @@ def test_of_a_batch_without_a_drive_that_is_done_the_list_says_why_at_once(tmp_p
     torn = Record("torn", "/torn.mp4", "bus", State.FAILED, "/torn.mp4: cannot be read; copy it again")
     write_tables(tmp_path, [torn])
     html = folder_html("drives", [], 0, 1000.0, unfinished=unfinished_drives(tmp_path))
-    assert "These drives of the batch are not done" in html
+    assert "Drives that the batch has not done, and why" in html
     assert torn.reason in html
 
 

@@ -134,7 +134,7 @@ def test_a_run_beside_it_that_is_run_again_is_compared_anew(sitting: Sitting):
     wait_until(lambda: all(thread.name != "differences" for thread in threading.enumerate()))
     shown: list[object] = []
     sitting.desk.screen._show_panels = lambda: shown.append(runs.other)
-    with pytest.raises(UserError, match="shares no moment"):
+    with pytest.raises(UserError, match="does not overlap this drive in time"):
         sitting.run_again("again", change=lambda one: replace(one, time_ns=one.time_ns + 10**12))
     assert shown == [None]  # the page does not go on with the run before
 

@@ -90,7 +90,7 @@ def test_a_warned_vehicle_that_is_lost_keeps_its_figures_and_the_threat_is_told(
     assert said["Vehicle"] == "#7, not seen any more; extrapolated figures"
     assert (said["Distance"], said["Closing"], said["Collision in"]) == ("13.0 m", "36 km/h", "1.3 s")
     assert (said["Braking needed"], said["Overlap"]) == ("0.40 g", "0.9 m")
-    assert said["Collision"] == "83% likely if all drive on"
+    assert said["Collision"] == "83% likely if nobody reacts"
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_where_there_are_no_events_the_list_says_what_the_run_told(drive: Drive)
     html = list_html("made", (), False, None, False, told)
     assert "No events in this drive" in html
     assert html.index("the calibration looks &lt;wrong&gt;") < html.index("7.5 pictures a second")
-    assert "From the run" not in list_html("made", (), False, None, False)
+    assert "Notes from the run" not in list_html("made", (), False, None, False)
     judged, _ = judged_events(fold(()), drive.events)
     assert told[1] not in list_html("made", judged, False, None, False, told)  # they are among the notes
 
@@ -180,5 +180,5 @@ def test_what_people_judge_differently_is_counted_apart_as_the_summary_does(driv
         entry_on(drive.events[2], 2, "bert", Judgement.RIGHT),
     ]
     judged, _ = judged_events(fold(said), drive.events)
-    assert verdict_counts(judged) == ("2 judged, 1 of them false, 1 judged differently by different people")
+    assert verdict_counts(judged) == ("2 judged, 1 of them false, 1 judged differently")
     assert verdict_counts(judged[3:]) == ""

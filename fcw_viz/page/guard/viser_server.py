@@ -159,7 +159,7 @@ class _Door:
 
     async def handle(self, connection: ServerConnection) -> None:
         if connection.subprotocol != _OUR_PROTOCOL:  # viser would print what the client says of itself
-            await connection.close(CloseCode.PROTOCOL_ERROR, "another version of the page; load it again")
+            await connection.close(CloseCode.PROTOCOL_ERROR, "another version of the page; reload it")
             return
         self._clients += 1
         try:

@@ -15,8 +15,8 @@ BOXES = "Boxes"
 """The name of its tab."""
 START, STOP = "Correct boxes (E)", "Done (E)"
 DELETE, IGNORE = "Delete", "Ignore / use"
-DRAW, DRAWING = "Draw a box", "Drag on the picture, or press here to stop"
-CONFIRM = "All boxes are right (C)"
+DRAW, DRAWING = "Draw a box", "Drag on the picture, or press here to cancel"
+CONFIRM = "Confirm all boxes (C)"
 
 
 class BoxesPanel:
@@ -84,7 +84,7 @@ def _selected_html(label: LabelledBox, draws_rear: bool) -> str:
     """What is said of the selected box, to choose, and what is done with it."""
     views = {view.name: view.value for view in View}
     kinds = {kind.name: kind.value for kind in VehicleKind}
-    hidden = {"0": "not hidden", "1": "hidden up to 40 %", "2": "hidden by more"}
+    hidden = {"0": "not hidden", "1": "hidden up to 40 %", "2": "hidden more than 40 %"}
     fields = (
         _choice("boxview", "view?", views, label.view.name if label.view else "")
         + _choice("boxkind", "kind?", kinds, label.kind.name if label.kind else "")

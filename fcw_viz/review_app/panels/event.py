@@ -53,7 +53,7 @@ class EventPanel:
         place, judged = self._place, self._place.judged
         if judged is None or place.selected is None:
             # Where there are none, the list says so.
-            return '<p class="dim">No event is selected. N selects the next one.</p>' if drive.events else ""
+            return '<p class="dim">No event selected. Press N for the next one.</p>' if drive.events else ""
         event = judged.event
         title = (
             f'<div class="fcw-title" style="--kind: {kind_color(event.kind)}"><i></i>'

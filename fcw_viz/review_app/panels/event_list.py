@@ -53,7 +53,7 @@ def list_html(
     order = list_order(events, by_time)
     rows = "".join(_row(number, events[number], number == selected, imperial) for number in order)
     more = len(events) - len(order)
-    tail = f'<p class="dim">and {more} less severe ones on the time line</p>' if more else ""
+    tail = f'<p class="dim">and {more} less severe ones on the timeline</p>' if more else ""
     return f'{head}<div class="fcw-events" {keeps_scroll(name)}>{rows}{tail}</div>'
 
 
@@ -94,9 +94,9 @@ def verdict_html(judged: JudgedEvent, reviewer: str) -> str:
         if entry.person != reviewer or entry.said.text
     )
     disagreement = (
-        '<p class="fcw-disagree">You disagree.</p>'
+        '<p class="fcw-disagree">You disagree with another reviewer.</p>'
         if judged.disagreement and own is not None
-        else '<p class="fcw-disagree">They disagree.</p>'
+        else '<p class="fcw-disagree">Reviewers disagree.</p>'
         if judged.disagreement
         else ""
     )

@@ -55,7 +55,7 @@ MORE_LISTED = 200
 _HINTS = {
     Listed.DRIVES: "Click a drive to open it at its worst moment.",
     Listed.MOMENTS: "Click a moment to open its drive there.",
-    Listed.UNFINISHED: "These drives of the batch are not done, and why.",
+    Listed.UNFINISHED: "Drives that the batch has not done, and why.",
 }
 
 
@@ -132,7 +132,7 @@ def legend_html() -> str:
         for sign, meaning in meanings.items()
     )
     return (
-        f'<div class="fcw-legend">{kinds}<p>The sign above a mark is its verdict. Other marks:</p>'
+        f'<div class="fcw-legend">{kinds}<p>Signs above an event show its verdict. Other marks:</p>'
         f"<table>{signs}</table></div>"
     )
 

@@ -84,7 +84,7 @@ def map_svg(track: GpxTrack, drive: Drive, time_s: float) -> str:
         )
     parts += _scale_bar(scale, drive.header.imperial)
     parts += [words(WIDTH_PX - 10, 13, "N", "middle", 0.7), line(WIDTH_PX - 10, 16, WIDTH_PX - 10, 28, 0.6)]
-    return picture(WIDTH_PX, HEIGHT_PX, parts, "The way of the drive, north up")
+    return picture(WIDTH_PX, HEIGHT_PX, parts, "Route of the drive, north up")
 
 
 def metres(places: Sequence[tuple[float, float]]) -> Floats:

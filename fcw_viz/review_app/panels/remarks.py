@@ -19,7 +19,7 @@ from fcw_viz.review_app.words import when_words
 def run_html(notes: Sequence[str]) -> str:
     """What the run told of the drive; empty where it told nothing."""
     lines = "".join(f'<p class="fcw-told">{escape(note)}</p>' for note in notes)
-    return f'<div class="fcw-said"><b>From the run</b>{lines}</div>' if notes else ""
+    return f'<div class="fcw-said"><b>Notes from the run</b>{lines}</div>' if notes else ""
 
 
 class RemarksPanel:
@@ -90,7 +90,7 @@ class RemarksPanel:
     def _take_back_html(self, entry: Entry[Any]) -> str:
         if not self._is_own(entry):
             return "<span></span>"
-        return f'<button {says(f"takeback:{entry.entry_id}")} title="Take it back">✕</button>'
+        return f'<button {says(f"takeback:{entry.entry_id}")} title="Remove">✕</button>'
 
 
 def _by_html(entry: Entry[Any]) -> str:

@@ -42,9 +42,11 @@ class TakePanel:
     def show(self) -> None:
         """Say which part of the drive is taken."""
         start_s, end_s = self._between()
-        about = "around the event" if self._place.selected is not None else "around this moment"
-        about = "that is marked" if self._place.marked is not None else about
-        html = f"<p>The clip {about}: <b>{time_text(start_s)} to {time_text(end_s)}</b></p>"
+        about = (
+            "The clip around the event" if self._place.selected is not None else "The clip around this moment"
+        )
+        about = "The marked clip" if self._place.marked is not None else about
+        html = f"<p>{about}: <b>{time_text(start_s)} to {time_text(end_s)}</b></p>"
         set_html(self._clip, text_block(html))
         set_html(self._state, text_block(self._busy or self._result))
 
@@ -92,12 +94,12 @@ class TakePanel:
     def _rerun(self, drive: Drive, between: tuple[float, float], played: tuple[float, float]) -> str:
         url = self._place.session.rerun.open(drive.log.path, between, played)
         words = (
-            f"It holds {time_text(between[0])} to {time_text(between[1])}, opens at its start, and plays "
+            f"It covers {time_text(between[0])} to {time_text(between[1])}, opens at its start, and plays "
             f"{time_text(played[0])} to {time_text(played[1])} in a loop."
         )
         if url is None:
             return f"<p>rerun opened in its own window. {words}</p>"
-        link = f'<a href="{escape(url)}" target="_blank">Open rerun on this clip</a>'
+        link = f'<a href="{escape(url)}" target="_blank">Open this clip in rerun</a>'
         return f'<p>{link}. {words}</p><p class="dim">{FOREIGN_WORDS}.</p>'
 
     def _send(self, name: str, content: bytes) -> str:
@@ -131,4 +133,4 @@ class TakePanel:
 def _held_words(drive: Drive, export_format: str, between: tuple[float, float]) -> str:
     """What a clip holds; with its own packets it begins at a keyframe."""
     start_s, end_s = held_range(drive.log.path, between) if export_format == "mcap" else between
-    return f'<p class="dim">It holds {time_text(start_s)} to {time_text(end_s)}.</p>'
+    return f'<p class="dim">It covers {time_text(start_s)} to {time_text(end_s)}.</p>'

@@ -383,7 +383,7 @@ class BoxEditor:
 
     def _check_active(self) -> None:
         if not self.active:
-            raise UserError("correct boxes first: press E")
+            raise UserError("press E to correct boxes first")
 
     def _inside(self, left_px: float, top_px: float, right_px: float, bottom_px: float) -> Box:
         return inside(self._view.plane.size, left_px, top_px, right_px, bottom_px)

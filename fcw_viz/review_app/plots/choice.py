@@ -18,7 +18,7 @@ from fcw_viz.review_app.plots.signals import (
 
 PLACE = "plots"
 """Of the list, on the page."""
-SUBJECT_NAMES = {AHEAD: "The vehicle ahead (warned of, or the lead)", OWN: "This drive"}
+SUBJECT_NAMES = {AHEAD: "Vehicle ahead (the one warned of, or the lead)", OWN: "This drive"}
 
 
 class PlotChoice:

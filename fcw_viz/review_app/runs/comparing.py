@@ -73,7 +73,8 @@ class Comparing:
                 place.session.release(self)
                 self._changed()
                 raise UserError(
-                    f"{name!r} shares no moment with this drive: choose another run of {drive.header.source}"
+                    f"{name!r} does not overlap this drive in time: choose another run of "
+                    f"{drive.header.source}"
                 )
             self.other, self.differences = other, None
             self._compared = drive.origin, other.origin
@@ -108,7 +109,7 @@ class Comparing:
             UserError: there is none.
         """
         if self.other is None:
-            raise UserError("first choose a run to compare with, under Runs")
+            raise UserError("choose a run to compare with first, under Runs")
         if not self.differences:
             raise UserError(
                 "the two runs are still being compared" if self.differences is None else "no difference"

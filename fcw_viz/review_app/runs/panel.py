@@ -43,7 +43,7 @@ def runs_html(comparing: Comparing, name: str, candidates: list[str], imperial: 
         return f"{select}<p>Comparing …</p>"
     differences = comparing.differences
     counts = [
-        f"{sum(one.kind is kind for one in differences)} of {kind.value}"
+        f"{sum(one.kind is kind for one in differences)} in the {kind.value}"
         for kind in DifferenceKind
         if any(one.kind is kind for one in differences)
     ]
@@ -61,7 +61,7 @@ def runs_html(comparing: Comparing, name: str, candidates: list[str], imperial: 
     tail = f'<p class="dim">and {more} later ones; press D to reach them</p>' if more > 0 else ""
     return (
         f'{select}<p class="dim">{escape(other.name)} ({escape(other.header.detector)}) is dashed in the '
-        f"plots. Its lead is orange in the picture, and its warnings stand above the time line. {about}</p>"
+        f"plots. Its lead is orange in the picture, and its warnings are above the timeline. {about}</p>"
         f'<div class="fcw-events" {keeps_scroll("differences")}>{rows}{tail}</div>'
     )
 

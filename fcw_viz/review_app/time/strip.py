@@ -121,7 +121,7 @@ class Strip:
         html = (
             f"<style>:root {{ --fcw-least: {least_px:.0f}px; }}</style>"
             f'<div class="fcw-strip" {says_size("strip")}>'
-            '<div class="fcw-splitter" data-fcw-splitter title="Drag: higher or lower plots (H)"></div></div>'
+            '<div class="fcw-splitter" data-fcw-splitter title="Drag to resize the plots (H)"></div></div>'
         )
         set_html(self._frame, html)
 
@@ -139,8 +139,8 @@ class Strip:
         buttons = (
             f'<button {says("event:previous")} title="Previous event (P)"{off}>{PREVIOUS_EVENT}</button>'
             f'<button {says("step:-1")} title="Previous frame (←)">{PREVIOUS_FRAME}</button>'
-            f'<button class="play{" on" if playing else ""}" {says("play:")} title="Play, stop (space)">'
-            f"{'Stop' if playing else 'Play'}</button>"
+            f'<button class="play{" on" if playing else ""}" {says("play:")} title="Play or pause (space)">'
+            f"{'Pause' if playing else 'Play'}</button>"
             f'<button {says("step:1")} title="Next frame (→)">{NEXT_FRAME}</button>'
             f'<button {says("event:next")} title="Next event (N)"{off}>{NEXT_EVENT}</button>'
         )
@@ -149,7 +149,7 @@ class Strip:
         speed_words, window_words = (
             ("", "")
             if layout.narrow
-            else ('<span class="dim">speed</span>', '<span class="dim">plots of</span>')
+            else ('<span class="dim">speed</span>', '<span class="dim">plot window</span>')
         )
         above, add = ("Above", "+") if layout.narrow else ("From above", "+ Plot")
         close = " close" if layout.narrow else ""
@@ -158,8 +158,8 @@ class Strip:
             f"{buttons}"
             f'{speed_words}{speeds}<span class="space"></span>'
             f'<button class="{"on" if from_above else ""}" {says("birdseye:")} '
-            f'title="View from above, or the picture (B)">{above}</button>'
-            f'<button {leads_to("Plots", PLOTS_PLACE)} title="Choose what is plotted">{add}</button>'
+            f'title="Picture or view from above (B)">{above}</button>'
+            f'<button {leads_to("Plots", PLOTS_PLACE)} title="Choose the plots">{add}</button>'
             f"{window_words}{windows}</div></div>"
         )
         set_html(self._bar, html)
@@ -221,7 +221,8 @@ class Strip:
             self._drawn, runs, axis, layout.left_px, PLOTS_TOP_PX, layout.plots_px, zero_utc_ns=zero_utc_ns
         )
         if not chosen:
-            html += f'<p class="fcw-none" style="left:{layout.left_px:.0f}px">No plot is chosen: + Plot</p>'
+            words = "No plots chosen. Add one with + Plot."
+            html += f'<p class="fcw-none" style="left:{layout.left_px:.0f}px">{words}</p>'
         if reading:
             html += '<div class="fcw-reading">reading …</div>'
         set_html(self._plots, f'<div class="fcw-strip fcw-now">{html}</div>')
@@ -284,7 +285,7 @@ def _missed_ends_html(axis: TimeAxis, review: Review, reviewer: str) -> str:
             )
             ends.append(
                 f'<div class="fcw-end missed" style="left:{axis.x(time_s):.1f}px;top:{SIGNS_PX:.0f}px;'
-                f'height:{TRACK_PX:.0f}px" title="Drag: where it was missed" {slide}></div>'
+                f'height:{TRACK_PX:.0f}px" title="Drag to change when it was missed" {slide}></div>'
             )
     return "".join(ends)
 

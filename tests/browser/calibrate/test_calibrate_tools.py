@@ -323,9 +323,9 @@ def test_an_old_calibration_is_shown_again_and_handed_out(
 
     assert max(colour()) < 128
     side_tab(person, "Keys")
-    checkbox(person, "Dark colours").click()
+    checkbox(person, "Dark mode").click()
     wait_for(lambda: min(colour()) > 128)
-    checkbox(person, "Dark colours").click()
+    checkbox(person, "Dark mode").click()
     wait_for(lambda: max(colour()) < 128)
 
 

@@ -263,10 +263,7 @@ def test_a_range_is_marked_dragged_taken_and_missed(
     end_s = 0.25 * (FRAMES - 1) / RATE_HZ
     person.tab("Export")
     wait_for(
-        lambda: (
-            f"The clip that is marked: 2.0 s to {end_s:.1f} s"
-            in person.browser.page.content().replace("<b>", "")
-        )
+        lambda: f"The marked clip: 2.0 s to {end_s:.1f} s" in person.browser.page.content().replace("<b>", "")
     )
     assert person.sees(row_of(2.0))
     person.press("m")
@@ -299,7 +296,7 @@ def test_a_refused_note_stays_typed_and_keys_are_the_drives_after_a_click(
         person.tab(name)
     person.browser.page.wait_for_function("document.activeElement === document.body")
     person.press("Shift+Space")
-    wait_for(lambda: person.words(".fcw-bar .play") == "Stop")
+    wait_for(lambda: person.words(".fcw-bar .play") == "Pause")
     wait_for(lambda: person.words(".fcw-bar .play") == "Play" and person.sees(row_of(WARNING_END_S) - 1))
 
     field = person.at("#fcw-note")

@@ -32,7 +32,7 @@ def test_that_a_drive_has_no_events_is_said_once(tmp_path: Path):
 
 def test_where_no_event_is_selected_the_key_to_one_is_told(place: Place):
     place.selected = None
-    assert "No event is selected. N selects the next one." in shown(place)
+    assert "No event selected. Press N for the next one." in shown(place)
 
 
 def test_a_comment_half_typed_about_one_event_is_not_in_the_field_of_another(place: Place):

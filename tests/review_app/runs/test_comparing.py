@@ -103,7 +103,7 @@ def test_the_differences_are_gone_through_one_after_the_other(person: Person):
     assert words[1] == "different leads: 11.0 m in made, 33 m in again"
     html = runs_html(person.runs, "made", ["again"], False)
     assert html.count("data-fcw-seen") == 1
-    assert "2 of warning, 1 of lead" in html
+    assert "2 in the warning, 1 in the lead" in html
 
 
 def test_a_run_that_begins_later_stands_at_its_own_time(person: Person):
@@ -136,7 +136,8 @@ def test_runs_that_share_no_moment_are_refused(person: Person, tmp_path: Path):
     person.place.leave()
     session = person.place.session
     person.place.enter(session.open(person.place, "beginning"), None, 0.0)
-    with pytest.raises(UserError, match=r"shares no moment with this drive: choose another run of made\.mp4"):
+    told = r"does not overlap this drive in time: choose another run of made\.mp4"
+    with pytest.raises(UserError, match=told):
         person.runs.choose("part")
     assert person.runs.other is None
 
