@@ -149,7 +149,7 @@ class Strip:
         speed_words, window_words = (
             ("", "")
             if layout.narrow
-            else ('<span class="dim">speed</span>', '<span class="dim">plot window</span>')
+            else ('<span class="dim">speed</span>', '<span class="dim">window</span>')
         )
         above, add = ("Above", "+") if layout.narrow else ("From above", "+ Plot")
         close = " close" if layout.narrow else ""
