@@ -149,7 +149,7 @@ class Desk:
         already = self.session.state.saved
         if self._try(self.session.save):
             name = self.session.state.save_path.name
-            self.notify(f"{name} is saved already" if already else f"Saved {name}")
+            self.notify(f"{name} is already saved" if already else f"Saved {name}")
 
     def start_anew(self) -> None:
         """Empty everything; undo brings it back."""
@@ -215,7 +215,9 @@ class Desk:
         """Show the picture in which the selected mark was clicked."""
         mark = self._told_mark()
         if mark.frame is None:
-            raise UserError(f"{mark.name} comes from a file that does not say its picture")
+            raise UserError(
+                f"{mark.name} comes from a file that does not say which picture it was clicked in"
+            )
         self.go_to(mark.frame)
 
     def type_distance(self) -> None:

@@ -97,7 +97,7 @@ def report_html(
 def _warnings(state: SessionState) -> Iterator[str]:
     if state.solution.height_assumed:
         yield _warning(
-            "The camera's height was not said; the one here is assumed, and the intervals allow for that."
+            "The camera height was not given. It is assumed here, and the intervals allow for that."
         )
     for trouble in state.solution.troubles:
         yield _warning(trouble.text)
@@ -124,7 +124,7 @@ def _reading(calibration: Calibration, imperial: bool) -> str:
     ahead = f"{in_units(offset_m, imperial):.2f} {unit_name(imperial)} ahead of the camera"
     reference = f"the reference (the front bumper), {ahead}" if offset_m else "the camera"
     return (
-        f'<p class="dim">Along the road, from {reference}. With clicks of this error the true distance lies '
+        f'<p class="dim">Along the road, from {reference}. With this click error, the true distance lies '
         "within the interval in 68 of 100 calibrations.</p>"
     )
 
@@ -133,10 +133,10 @@ def _points_table(document: Document, result: Result) -> str:
     imperial, unit = document.imperial, unit_name(document.imperial)
     rows, classes = [], []
     for mark in document.marks:
-        distance = "not said" if mark.distance_m is None else typed_text(mark.distance_m, imperial)
+        distance = "not given" if mark.distance_m is None else typed_text(mark.distance_m, imperial)
         residual = result.residuals.get(mark.id)
         if residual is None:
-            errors = ["", "", "takes no part"]
+            errors = ["", "", "not used"]
         else:
             metres = in_units(residual.distance_m, imperial)
             errors = [
@@ -160,8 +160,8 @@ def _signed(value: float) -> str:
 def _exact_words(result: Result) -> Iterator[str]:
     if result.exact:
         yield (
-            '<p class="dim">Three facts are met nearly, whatever they are: small residuals say nothing '
-            "here. A fourth point would show an error.</p>"
+            '<p class="dim">Three facts, whatever they are, always fit almost exactly, so small residuals '
+            "say nothing here. A fourth point would show errors.</p>"
         )
 
 
@@ -183,11 +183,11 @@ def _camera_table(state: SessionState, result: Result) -> str:
             f"{math.degrees(camera.pitch_rad):.3f} ± {math.degrees(sigmas.pitch_rad):.3f}°",
         ],
         [
-            "looks, to the left",
+            "yaw, left",
             f"{math.degrees(turned.yaw_rad):.2f} ± {math.degrees(turned.yaw_sigma_rad):.2f}°",
         ],
         [
-            "rolled, to the right",
+            "roll, right",
             f"{math.degrees(turned.roll_rad):.2f} ± {math.degrees(turned.roll_sigma_rad):.2f}°",
         ],
         ["focal length", f"{camera.focal_y_px:.2f} ± {sigmas.focal_y_px:.2f} px"],
@@ -199,7 +199,7 @@ def _camera_table(state: SessionState, result: Result) -> str:
         ["horizon row", f"{camera.horizon_row_px:.2f} ± {sigmas.horizon_row_px:.2f}"],
         ["height above the road", f"{length(camera.height_m)}{assumed}"],
         ["reference ahead of the camera", length(calibration.reference_offset_m)],
-        ["error of a click", f"{calibration.row_sigma_px:g} px"],
+        ["click error", f"{calibration.row_sigma_px:g} px"],
     ]
     return (
         f"{_table(('camera', ''), rows)}"
@@ -214,7 +214,7 @@ def _priors(state: SessionState) -> str:
     for name, field, belief, unit, unit_text in (
         ("field of view", "field_of_view", document.field_of_view, math.degrees(1), "°"),
         ("principal row", "principal_row", document.principal_row, 1.0, ""),
-        ("horizon as said, row", "horizon", document.horizon, 1.0, ""),
+        ("horizon as set, row", "horizon", document.horizon, 1.0, ""),
     ):
         if belief is not None:
             facts.append((name, field, belief.prior, belief.enabled, unit, unit_text))
@@ -222,7 +222,7 @@ def _priors(state: SessionState) -> str:
         lanes = state.solution.lane_horizon
         facts.append(("lane lines meet at row", "lane_lines", lanes, document.lane_lines_enabled, 1.0, ""))
     if not facts:
-        return '<p class="dim">Nothing but the points took part.</p>'
+        return '<p class="dim">Only the points were used.</p>'
     rows = []
     for name, field, prior, enabled, unit, unit_text in facts:
         effect = state.solution.effects.get(field)
@@ -230,7 +230,7 @@ def _priors(state: SessionState) -> str:
         value = f"{prior.value * unit:.1f} ± {prior.sigma * unit:.1f}{unit_text}"
         rows.append([name, value, words if enabled else f"{words} (off)"])
     at = row_distance_text(EFFECT_DISTANCE_M, document.imperial)
-    return _table(("known besides the points", "", f"error at {at}"), rows)
+    return _table(("known apart from the points", "", f"error at {at}"), rows)
 
 
 def _error(relative: float) -> str:
@@ -245,13 +245,13 @@ def _use(state: SessionState, source: str) -> Iterator[str]:
         f"<code>fcw run DRIVE --calibration {name}</code>. It holds until the camera is moved.</p>"
     )
     rows = [
-        [f"<code>{name}</code>", "everything: camera, points, uncertainty, what else took part (below)"],
+        [f"<code>{name}</code>", "everything: camera, points, uncertainty and all other inputs (below)"],
         ["ROS camera_info", "the lens only; no height, pitch or uncertainty"],
         ["Kalibr camchain", "the same for Kalibr"],
     ]
     body = "".join(f'<tr><td>{head}</td><td class="words">{words}</td></tr>' for head, words in rows)
     yield f"<table>{body}</table>"
-    yield f"<p>This is <code>{name}</code>, with all digits; saved as a file it is the calibration:</p>"
+    yield f"<p>This is <code>{name}</code> with all digits. Saved as a file, it is the calibration:</p>"
 
 
 def _table(heads: Iterable[str], rows: Sequence[Sequence[str]], classes: Sequence[str] = ()) -> str:

@@ -169,7 +169,7 @@ class CalibrationSession:
             position = self._history.position
             maker = self._history.people[position - 1] if position else person.name
             others = maker != person.name and maker in self._others(person)
-            told = f"{person.name} took back a step of {maker}; redo brings it back." if others else ""
+            told = f"{person.name} undid a step of {maker}; redo restores it." if others else ""
             self._do(person, Action.UNDO, notice=told)
 
     def redo(self, person: Person) -> None:
@@ -220,7 +220,7 @@ class CalibrationSession:
             if not self._state.saved or _stamp(self._save_path) == self._saved_stamp:
                 return
             self._saved = None
-            self._notice = f"{self._save_path.name} was changed or deleted elsewhere; saving writes it anew."
+            self._notice = f"{self._save_path.name} was changed or deleted elsewhere; saving writes it again."
             self._change()
         self._publish()
 

@@ -84,13 +84,13 @@ def test_the_camera_and_its_uncertainty_are_those_of_the_command_line() -> None:
     pitch, sigma = math.degrees(summary["pitch_rad"]), math.degrees(sigmas["pitch_rad"])
     assert cells["pitch, down"] == f"{pitch:.3f} ± {sigma:.3f}°"
     turned = summary["orientation"]
-    for name, field in (("looks, to the left", "yaw"), ("rolled, to the right", "roll")):
+    for name, field in (("yaw, left", "yaw"), ("roll, right", "roll")):
         value, sigma = (math.degrees(turned[f"{field}{end}"]) for end in ("_rad", "_sigma_rad"))
         assert cells[name] == f"{value:.2f} ± {sigma:.2f}°"
     assert cells["focal length"] == f"{summary['focal_y_px']:.2f} ± {sigmas['focal_y_px']:.2f} px"
     assert cells["principal row"] == f"{summary['principal_row_px']:.2f} ± {sigmas['principal_row_px']:.2f}"
     assert cells["horizon row"] == f"{summary['horizon_row_px']:.2f} ± {sigmas['horizon_row_px']:.2f}"
-    assert cells["horizon as said, row"] == "326.0 ± 2.0"
+    assert cells["horizon as set, row"] == "326.0 ± 2.0"
 
 
 def test_points_have_the_residuals_of_the_command_line() -> None:
@@ -100,7 +100,7 @@ def test_points_have_the_residuals_of_the_command_line() -> None:
     residuals_px = calibration_summary(headless(document))["residuals_px"]
     for name, residual_px in zip("ABCD", residuals_px, strict=True):
         assert rows[name][4] == f"{residual_px:+.2f}"
-    assert "takes no part" in rows["E"]
+    assert "not used" in rows["E"]
 
 
 def test_residuals_of_an_exact_solution_are_said_to_mean_nothing() -> None:

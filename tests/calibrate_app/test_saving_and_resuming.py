@@ -107,7 +107,7 @@ def test_a_doubtful_and_an_implausible_calibration_can_be_saved(session, points,
     [
         ((), 1.2, "not saved: something is still missing. Choose what you have"),
         (PAPER_POINTS, None, "not saved: something is still missing. Type the camera's height"),
-        (((4, 461), (5, 440), (7, 383)), 1.2, "not saved: Going away, the rows of A, B and C"),
+        (((4, 461), (5, 440), (7, 383)), 1.2, "not saved: With distance, the rows of A, B and C"),
     ],
 )
 def test_nothing_is_saved_from_an_unfinished_or_degenerate_state(
@@ -159,7 +159,7 @@ def test_a_torn_journal_is_told(session, tmp_path):
     path.write_bytes(path.read_bytes()[:-5])
     resumed = open_session(tmp_path)
     assert resumed.state.document == said(*PAPER_POINTS[:2])
-    assert "torn" in resumed.state.notice
+    assert "The last step was cut off" in resumed.state.notice
     resumed.close()
 
 

@@ -231,7 +231,7 @@ def test_a_saved_calibration_carries_what_vehicles_say_against_it(session, tmp_p
     session.apply(anna, SetVehicles(rulers))
     solution = session.state.solution
     assert solution.status is Status.IMPLAUSIBLE
-    assert "the calibration carries it" in solution.hint
+    assert "a calibration saved now includes it" in solution.hint
     session.save()
     lines = [line for line in save_path(tmp_path).read_text().splitlines() if line.startswith("# Warning: ")]
     assert lines == [f"# Warning: {trouble.text}" for trouble in solution.troubles]
@@ -371,7 +371,7 @@ def test_whose_step_an_undo_took_back_is_told_to_everybody(session):
     anna, ben = session.join(nobody), session.join(nobody)
     session.apply(ben, AddMark(600, 461, 0, 4))
     session.undo(anna)
-    assert session.state.notice == f"{anna.name} took back a step of {ben.name}; redo brings it back."
+    assert session.state.notice == f"{anna.name} undid a step of {ben.name}; redo restores it."
     session.redo(anna)
     assert session.state.notice == ""
     session.apply(anna, AddMark(600, 400, 0, 9))

@@ -195,7 +195,7 @@ class SetRowSigma:
         Raises:
             UserError: it is not above 0.
         """
-        _check_positive("error of a click", self.row_sigma_px, "pixels, standard deviation")
+        _check_positive("click error", self.row_sigma_px, "pixels, standard deviation")
         return replace(document, row_sigma_px=self.row_sigma_px)
 
 
@@ -306,7 +306,7 @@ class Load:
         """
         if self.document.image_size != document.image_size:
             raise UserError(
-                f"these points are of pictures of {self.document.image_size}, the pictures here are "
+                f"these points were clicked in pictures of {self.document.image_size}, the pictures here are "
                 f"{document.image_size}; open the drive that they were clicked in"
             )
         return self.document

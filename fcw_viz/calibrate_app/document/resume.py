@@ -82,18 +82,16 @@ def begin(
         saved = own if own == in_file else saved
     if not existed:
         if loaded is not None:
-            another = (
-                "" if saved else "Alone they do not give the camera that it holds; saving replaces that."
-            )
+            another = "" if saved else "They alone do not give the camera in that file; saving replaces it."
             notice = f"The points of {save_path.name} were loaded. {another or notice}".strip()
         return Beginning(journal, history, saved, notice)
     steps = f"{content.event_count} step" + ("" if content.event_count == 1 else "s")
-    notices = [f"Your work goes on where it was: {steps} from {journal.path.name}."] * bool(
+    notices = [f"Your earlier work was restored: {steps} from {journal.path.name}."] * bool(
         content.event_count
     )
     if content.torn:
         notices.append(
-            "The last one was torn while it was written and is lost: check the last thing you did."
+            "The last step was cut off while being written and is lost: check the last thing you did."
         )
     if notice:
         notices.append(notice)

@@ -95,7 +95,7 @@ class Result:
         calibration: the camera with its uncertainty.
         sigmas: of its parameters.
         rows: the distances drawn, nearest first.
-        quality: one plain sentence, e.g. "At 40 m this camera is good for 38.8 to 41.2 m."
+        quality: one plain sentence, e.g. "A reading of 40 m means 38.8 to 41.2 m."
         next_click: where one more point helps most, if anywhere.
         residuals: by the id of the mark; only of marks that took part.
         exact: whether any points would be met nearly, so that residuals say nothing.

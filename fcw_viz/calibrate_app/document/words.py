@@ -22,8 +22,8 @@ from fcw_viz.calibrate_app.document.numbers_text import (
 from fcw_viz.calibrate_app.document.ways.hints import HINTS, hint_plates, hint_rectangle
 
 NUMBER_WORDS = {2: "two", 3: "three"}
-POINTS_KEEP_DISTANCES = "Distances hold all the same; lateral positions and box sizes do not."
-FIRST_DASH = "Click the near end of the nearest dash that is seen whole."
+POINTS_KEEP_DISTANCES = "The distances still hold; lateral positions and box sizes do not."
+FIRST_DASH = "Click the near end of the nearest dash that is fully visible."
 NEXT_DASH = "Click the near end of the next dash along the same line."
 ROUGH_ERROR = 0.12
 """An error of more than this part at the distance of the quality sentence is called rough."""
@@ -57,7 +57,7 @@ def hint_incomplete(document: Document, missing: int) -> str:
         if document.next_planned_m is not None:
             return f"Click the mark at {typed_text(document.next_planned_m, document.imperial)}."
         if missing == 1:
-            return "Click one more mark at another distance, best far away."
+            return "Click one more mark at another distance, preferably far away."
         return f"Click {NUMBER_WORDS[missing]} more marks at other distances, one of them far away."
     if document.reference_offset_m is None:
         return "Type how far the front bumper is ahead of the camera."
@@ -76,17 +76,17 @@ def hint_next_click(next_click: NextClick | None, imperial: bool) -> str:
 
 def hint_degenerate() -> str:
     """What to do where no camera follows."""
-    return "These points fit no camera yet: mend what is marked."
+    return "No camera fits these points yet: fix what is marked."
 
 
 def hint_implausible() -> str:
     """What to do with a solution that something speaks against."""
-    return "Look at the warning first; saved now, the calibration carries it."
+    return "Check the warning first: a calibration saved now includes it."
 
 
 def noise_would_do(tape_error: float) -> str:
     """Why something is asked and not said."""
-    return f"If each mark may lie off by {tape_error:.0%}, that explains it as well."
+    return f"If each mark may be off by {tape_error:.0%}, that would explain it as well."
 
 
 def hint_doubtful() -> str:
@@ -100,13 +100,13 @@ def quality(distance_m: float, low_m: float, high_m: float, imperial: bool) -> s
     at = f"{in_units(distance_m, imperial):.3g} {unit}"
     if not math.isfinite(high_m):
         low = f"{max(in_units(low_m, imperial), 0.0):.0f} {unit}"
-        return f"At {at} only this is sure: it is farther than {low}. Add a far point."
+        return f"A reading of {at} only means farther than {low}. Add a far point."
     rough = (
         ""
         if (high_m - low_m) / 2 <= ROUGH_ERROR * distance_m
-        else " Rough: to rank moments by, not to measure."
+        else " Rough: good enough to rank moments, not to measure."
     )
-    return f"At {at} this camera is good for {interval_text(low_m, high_m, imperial, ' to ')} {unit}.{rough}"
+    return f"A reading of {at} means {interval_text(low_m, high_m, imperial, ' to ')} {unit}.{rough}"
 
 
 def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool, guess: bool = True) -> str:
@@ -137,16 +137,17 @@ def degenerate(error: PointsError, marks: Sequence[Mark], imperial: bool, guess:
     match error.fault:
         case PointsFault.NOT_A_POINT:
             limit = typed_text(FARTHEST_POINT_M, imperial)
-            return f"{at(marks[0])} is farther than anybody measures ({limit}). Correct its distance."
+            return f"{at(marks[0])} is farther than anyone can measure ({limit}). Correct its distance."
         case PointsFault.ROWS_TOGETHER:
             return (
-                f"The rows of {names(marks)} differ by less than the error of a click. "
+                f"The rows of {names(marks)} differ by less than the click error. "
                 "Use marks whose distances differ more."
             )
         case PointsFault.HORIZON_BELOW_ROAD:
             return (
-                f"Going away, the rows of {names(marks)} do not crowd together as those of a flat road do, "
-                "so there is no horizon above it. A distance is wrong, or a point sits on the wrong mark."
+                f"With distance, the rows of {names(marks)} do not crowd together as they do on a flat "
+                "road, so there is no horizon above them. A distance is wrong, or a point is on the wrong "
+                "mark."
             )
         case _:
             return str(error)
@@ -158,7 +159,7 @@ def camera_trouble(calibration: Calibration, findings: Sequence[Finding]) -> str
     pitch_deg, field_of_view_deg = math.degrees(camera.pitch_rad), math.degrees(calibration.field_of_view_rad)
     facts = {
         FindingKind.PITCH: f"looks {abs(pitch_deg):.0f}° {'down' if pitch_deg > 0 else 'up'}",
-        FindingKind.FIELD_OF_VIEW: f"sees {field_of_view_deg:.0f}° from side to side",
+        FindingKind.FIELD_OF_VIEW: f"has a field of view of {field_of_view_deg:.0f}°",
         FindingKind.PRINCIPAL_ROW: f"has its axis at row {camera.principal_row_px:.0f}, "
         f"not near the picture's middle, row {(calibration.image_size.height - 1) / 2:.0f}",
         FindingKind.HORIZON: f"has the horizon at row {camera.horizon_row_px:.0f}, outside the picture",
@@ -168,7 +169,7 @@ def camera_trouble(calibration: Calibration, findings: Sequence[Finding]) -> str
     if not found:
         return "These points do not fit a camera behind a windscreen well."
     text = found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
-    return f"No camera behind a windscreen is like this one: it {text}. {POINTS_KEEP_DISTANCES}"
+    return f"This cannot be a camera behind a windscreen: it {text}. {POINTS_KEEP_DISTANCES}"
 
 
 def offset_cause(document: Document, proposal: OffsetProposal) -> str:
@@ -179,11 +180,11 @@ def offset_cause(document: Document, proposal: OffsetProposal) -> str:
     if document.from_bumper:
         return (
             f"Likely cause: the bumper is {offset} ahead of the camera, not "
-            f"{typed_offset(document.bumper_offset_m or 0.0, imperial)} ({low} to {high} {unit} would do)."
+            f"{typed_offset(document.bumper_offset_m or 0.0, imperial)} ({low} to {high} {unit} would fit)."
         )
     return (
         f"Likely cause: the distances were measured from the front bumper, {offset} ahead of the camera "
-        f"({low} to {high} {unit} would do). Measure it if you can."
+        f"({low} to {high} {unit} would fit). Measure it if you can."
     )
 
 
@@ -196,15 +197,15 @@ def offset_label(document: Document, offset_m: float) -> str:
     """The button that sets the offset."""
     offset = typed_offset(offset_m, document.imperial)
     if document.from_bumper:
-        return f"Set the offset of the bumper to {offset}"
+        return f"Set the bumper offset to {offset}"
     return f"Distances were measured from the bumper: set the offset to {offset}"
 
 
 def residual_trouble(mark: Mark, residual_px: float, sigma_px: float) -> str:
     """A point off the curve."""
     return (
-        f"{mark.name} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} the row that "
-        f"all else gives it, {abs(residual_px) / sigma_px:.0f} times the error of a click. "
+        f"{mark.name} lies {abs(residual_px):.1f} px {'below' if residual_px > 0 else 'above'} the row "
+        f"that everything else gives, {abs(residual_px) / sigma_px:.0f} times the click error. "
         "Check its distance, or click it again."
     )
 
@@ -235,19 +236,20 @@ def prior_trouble(name: str, prior: Gaussian, value: float, unit: float, unit_na
 def horizons_disagree(dragged: Gaussian, lanes: Gaussian) -> str:
     """A dragged horizon that the lane lines contradict."""
     return (
-        f"The lane lines meet at row {lanes.value:.0f} ± {lanes.sigma:.1f}, the horizon is said to be at "
-        f"{dragged.value:.0f} ± {dragged.sigma:.1f}: one of them is wrong."
+        f"The lane lines meet at row {lanes.value:.0f} ± {lanes.sigma:.1f}, but the horizon is set to row "
+        f"{dragged.value:.0f} ± {dragged.sigma:.1f}: one of the two is wrong."
     )
 
 
-EXCHANGE_LABEL = "Exchange the sides of the rectangle"
+EXCHANGE_LABEL = "Swap the sides of the rectangle"
 FIT_LENS_LABEL = "Fit the lens's distortion with the rest"
 LENS_WAY_OUT = (
-    "Best import the lens under “Lens and horizon”: `fcw calibrate PICTURES --chessboard 9x6` makes its "
-    "file. Without a chessboard it is fitted with the rest; the more edges are clicked, the better."
+    "It is best to import the lens under “Lens and horizon”: `fcw calibrate PICTURES --chessboard 9x6` "
+    "makes that file. Without a chessboard, the distortion is fitted with the rest; the more edges you "
+    "click, the better."
 )
-CONTRADICTION = "What was said contradicts itself, so no interval here can be trusted."
-SORT_LABEL = "Give the distances by row, the lowest point the nearest"
+CONTRADICTION = "The inputs contradict each other, so no interval here can be trusted."
+SORT_LABEL = "Sort the distances by row, nearest at the bottom"
 UNKNOWN_CAUSE = "Likely cause: a wrong distance or camera height, or a road that is not flat. Measure again."
 
 
@@ -267,8 +269,8 @@ def verdict_cause(document: Document, marks: Sequence[Mark], named: Suspicion) -
             return f"Likely cause: the distances were typed as {typed}, but are in {really}."
         case Fault.POINT:
             return (
-                f"Likely cause: {wrong[0].name} sits on the wrong mark or has a wrong distance; "
-                "without it all others agree."
+                f"Likely cause: {wrong[0].name} is on the wrong mark or has a wrong distance; without it, "
+                "all others agree."
             )
         case _:
             offset_m = document.reference_offset_m or 0.0
@@ -283,20 +285,20 @@ def distance_label(mark: Mark, distance_m: float, imperial: bool) -> str:
 
 def unit_label(imperial: bool) -> str:
     """The button that takes the distances for those of the other unit."""
-    return f"Take the distances for {'metres' if imperial else 'feet'}"
+    return f"Read the distances as {'metres' if imperial else 'feet'}"
 
 
 def height_trouble(document: Document, height_m: float) -> str:
     """A height that no windscreen has."""
     return (
-        f"A lens {typed_text(height_m, document.imperial)} above the road is behind no windscreen. "
+        f"A lens {typed_text(height_m, document.imperial)} above the road cannot be behind a windscreen. "
         "Measure from the road up to the lens."
     )
 
 
 def height_label(typed: float, unit: str) -> str:
     """The button that takes the height's number for one of another unit."""
-    return f"Take the height for {typed:.4g} {unit}"
+    return f"Read the height as {typed:.4g} {unit}"
 
 
 def switch_off_label(name: str) -> str:

@@ -32,7 +32,7 @@ NEXT_CLICK_COLOR: Rgb = (255, 255, 255)
 MEASURE_COLOR: Rgb = (255, 150, 40)
 STALE_COLOR: Rgb = (150, 150, 150)
 """Everything of a result that is not current."""
-STALE_WORDS = "Not current: grey is the last good result"
+STALE_WORDS = "Out of date: grey is the last good result"
 FILLS: dict[FillKind, tuple[Rgb, float]] = {
     FillKind.ROW_BAND: (ROW_COLOR, 0.38),
     FillKind.HORIZON_BAND: (HORIZON_COLOR, 0.3),
@@ -282,7 +282,7 @@ def _draw_dragged_horizon(pen: Pen, document: Document, result: Result | None, g
         row_px = belief.prior.value
         color = HORIZON_COLOR if belief.enabled else STALE_COLOR
         pen.dashed(color, (pen.left_px, row_px), (pen.right_px, row_px))
-        pen.words_at_right("horizon as said" if belief.enabled else "horizon as said, off", row_px)
+        pen.words_at_right("horizon as set" if belief.enabled else "horizon as set, off", row_px)
     elif result is not None:
         row_px = result.calibration.horizon_row_px
     else:

@@ -117,7 +117,7 @@ def residual_bar(sigmas: float) -> str:
     if size > BAR_SIGMAS:
         tip = end + math.copysign(5, sigmas)
         parts.append(element("polygon", points=[(end, 1), (tip, 6), (end, 11)], fill=color))
-    title = f"{sigmas:+.1f} times the error of a click"
+    title = f"{sigmas:+.1f} times the click error"
     return picture(width, height, parts, title)
 
 

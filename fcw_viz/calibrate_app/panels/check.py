@@ -37,9 +37,9 @@ SLIDER_S = 0.4
 """While the drive plays, everything but the picture follows in such steps."""
 REAL_TIME = "1×"
 SPEEDS = {"½×": 0.5, REAL_TIME: 1.0, "2×": 2.0}
-PLAY, STOP = "Play (space)", "Stop (space)"
-MEASURE_WORDS = "Click on the road: how far is it? A second click gives the length between the two."
-PREPARING_WORDS = "Preparing the detector; the first time takes some seconds."
+PLAY, STOP = "Play (space)", "Pause (space)"
+MEASURE_WORDS = "Click on the road to read the distance. A second click measures between the two points."
+PREPARING_WORDS = "Preparing the detector; the first time takes a few seconds."
 LOOKING_WORDS = "Looking for vehicles."
 
 
@@ -103,11 +103,11 @@ class CheckPanel:
         )
 
         self.measure_switch = gui.add_checkbox(
-            "Measure", False, hint="Click any point of the road and read its distance"
+            "Measure", False, hint="Click any point on the road to read its distance"
         )
         self.measured = gui.add_html("")
         self.vehicle_switch = gui.add_checkbox(
-            "Vehicles", False, hint="What the detector finds here, with its distances"
+            "Vehicles", False, hint="Vehicles that the detector finds in this picture, with their distances"
         )
         self.vehicles = gui.add_html("")
         several = desk.pictures.count > 1
@@ -115,11 +115,11 @@ class CheckPanel:
             PLAY,
             color="gray",
             icon=viser.Icon.PLAYER_PLAY,
-            hint="Play the drive with the rows on it",
+            hint="Play the drive with the distance rows over it",
             visible=several,
         )
         self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value=REAL_TIME, visible=several)
-        play_command = gui.add_command("Play or stop the drive", hotkey="space")
+        play_command = gui.add_command("Play or pause the drive", hotkey="space")
 
         on_choice(self.measure_switch, desk.run, self.measure)
         on_choice(self.vehicle_switch, desk.run, self._switch_vehicles)

@@ -27,8 +27,8 @@ from fcw_viz.page.style import set_html, text_block
 NOTHING = "nothing"
 COMPARED_M = np.array([10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 80.0])
 FILES = "*.calibration.yaml"
-JUDGE = "Let the vehicles of the drive judge"
-TOO_FEW_WORDS = f"The drive shows fewer than the {FEWEST_VEHICLES} vehicles that could judge."
+JUDGE = "Judge by the vehicles in the drive"
+TOO_FEW_WORDS = f"The drive shows fewer than the {FEWEST_VEHICLES} vehicles needed to judge."
 CLEAR_COST, ANY_COST = 6.0, 2.0
 """One calibration fits vehicles clearly better where they are twenty times as likely by it; less than e times
 is nothing."""
@@ -41,7 +41,7 @@ class ComparePanel:
         self._desk = desk
         self._chosen = NOTHING
         self._list: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Compare with", [str(NOTHING)], hint="A calibration file in the folder where this one is saved"
+            "Compare with", [str(NOTHING)], hint="A calibration file in the folder of this one"
         )
         self._table = gui.add_html("")
         self._judge = gui.add_button(JUDGE, color="gray", icon=viser.Icon.CAR, visible=False)
@@ -70,7 +70,7 @@ class ComparePanel:
         if self._chosen == NOTHING:
             return ""
         if state.shown is None:
-            return '<p class="dim">Comes with the first result.</p>'
+            return '<p class="dim">Appears with the first result.</p>'
         path = state.save_path.parent / self._chosen
         try:
             other = for_pictures(read_calibration(path), self._desk.pictures.source)
@@ -89,7 +89,7 @@ def comparison_html(here: Calibration, there: Calibration, path: Path, imperial:
     """The table, and the cameras in a line each."""
     unit = unit_name(imperial)
     lines = [
-        f"<tr><th>{unit}</th><th>row here</th><th>row there</th><th>there it reads</th><th></th></tr>",
+        f"<tr><th>{unit}</th><th>row here</th><th>row there</th><th>reads there</th><th></th></tr>",
         *(_line(here, there, float(distance_m), imperial) for distance_m in COMPARED_M),
     ]
     cameras = "<br>".join(
@@ -97,7 +97,7 @@ def comparison_html(here: Calibration, there: Calibration, path: Path, imperial:
         for name, calibration in (("Here", here), ("There", there))
     )
     return (
-        f"<table>{''.join(lines)}</table><p class='dim'>Distances from the reference here; “there” is "
+        f"<table>{''.join(lines)}</table><p class='dim'>Distances are from the reference here; “there” is "
         f"{escape(path.name)}.</p><p>{cameras}</p>"
     )
 
@@ -116,7 +116,7 @@ def vehicles_words(here: Calibration, there: Calibration, rulers: Sequence[Ruler
     better = "here" if gain > 0 else "there"
     verdict = f"they fit {'clearly ' * (abs(gain) > CLEAR_COST)}better {better}"
     if abs(gain) < ANY_COST:
-        verdict = "they fit both alike"
+        verdict = "they fit both equally well"
     parts = "; ".join(
         f"{name} they come out {by.scale - 1:+.0%} wide"
         for name, by in (("here", by_here), ("there", by_there))
@@ -137,8 +137,8 @@ def camera_words(calibration: Calibration, imperial: bool) -> str:
     aside = ""
     if turned != LEVEL:
         aside = (
-            f"looks {_degrees(turned.yaw_rad, turned.yaw_sigma_rad)} to the left, "
-            f"rolled {_degrees(turned.roll_rad, turned.roll_sigma_rad)} to the right, "
+            f"yaw {_degrees(turned.yaw_rad, turned.yaw_sigma_rad)} to the left, "
+            f"roll {_degrees(turned.roll_rad, turned.roll_sigma_rad)} to the right, "
         )
     return (
         f"pitch {math.degrees(camera.pitch_rad):.1f}°, {aside}field of view "

@@ -14,14 +14,14 @@ from fcw_viz.calibrate_app.drawing.warped import warped_scale, warped_svg
 from fcw_viz.page.channel import says_size
 from fcw_viz.page.style import set_html, text_block
 
-FIRST_WORDS = '<p class="dim">Comes with the first result.</p>'
+FIRST_WORDS = '<p class="dim">Appears with the first result.</p>'
 PLOT_WORDS = (
     '<p class="dim">Two times in three the true distance lies in the band; the dots are your points.</p>'
 )
 WARPED_WORDS = (
-    '<p class="dim">The picture put on the ground: lane lines of a straight road must come out straight, '
-    "parallel and of their true width. The bar is a usual lane; a wrong width is a wrong height, lines that "
-    "close or open ahead are a wrong horizon.</p>"
+    '<p class="dim">The picture projected onto the ground. The lane lines of a straight road must be '
+    "straight, parallel and their true distance apart; the bar is as wide as a usual lane. A wrong width "
+    "means a wrong height; lines that converge or diverge ahead mean a wrong horizon.</p>"
 )
 SIZE_NAME = "above"
 WARP_PAUSE_S = 0.4

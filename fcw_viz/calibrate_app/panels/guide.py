@@ -50,7 +50,7 @@ class Guide:
         if len(state.people) > 1:
             own = self._desk.person.name
             names = ", ".join(f"{name} (this one)" if name == own else name for name in state.people)
-            notices.append(f"{len(state.people)} tabs are open: {names}. They work on the same points.")
+            notices.append(f"{len(state.people)} tabs are open: {names}. They share the same points.")
         html = "".join(f"<p>{escape(notice)}</p>" for notice in notices)
         set_html(self._notices, text_block(html) if html else "")
 

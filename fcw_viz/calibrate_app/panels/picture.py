@@ -7,7 +7,7 @@ from fcw_viz.calibrate_app.document.state import SessionState
 from fcw_viz.page.controls import on_choice, on_press
 from fcw_viz.page.style import heading, set_html
 
-PREVIOUS, NEXT, FIT = "◀ Previous", "Next ▶", "Fit"
+PREVIOUS, NEXT, FIT = "◀ Previous", "Next ▶", "Whole picture"
 
 
 class PicturePanel:

@@ -24,9 +24,9 @@ from fcw_viz.page.script import focus
 from fcw_viz.page.style import set_html, step_heading, text_block
 
 MINIMUM_POINTS = 3
-SWITCH, DELETE, GO_TO = "On / off", "Delete", "Its picture"
+SWITCH, DELETE, GO_TO = "On / off", "Delete", "Go to picture"
 UNDO, REDO = "Undo", "Redo"
-EXACT_WORDS = "Three points always fit; a fourth one shows errors."
+EXACT_WORDS = "Three points always fit; a fourth shows errors."
 
 
 class PointsPanel:
@@ -53,14 +53,17 @@ class PointsPanel:
             "Click error, px",
             ROW_ERROR,
             lambda sigma_px: sigma_px is not None and desk.offer(SetRowSigma(sigma_px)),
-            hint="Standard deviation of a click in rows: about 1 at fit, 0.3 where you zoomed in",
+            hint="Standard deviation of a click in rows: about 1 unzoomed, 0.3 zoomed in",
         )
         self._tape = desk.fields.add(
             gui,
             "Tape error, %",
             TAPE,
             lambda part: part is not None and desk.offer(SetTapeError(part)),
-            hint="How wrong all distances may be together, and each for a quarter of it: 1 is usual",
+            hint=(
+                "How far off all distances may be together, and each by itself by a quarter of that: 1 is "
+                "usual"
+            ),
         )
         on_press(self._actions, desk.run, actions)
 
@@ -125,7 +128,7 @@ class PointsPanel:
                 distance_m += first.distance_m
             self._desk.offer(SetDistance(mark.id, distance_m))
 
-        hint = f"Distance of {mark.name} along the road; empty: not said yet"
+        hint = f"Distance of {mark.name} along the road; leave it empty while unknown"
         return self._desk.fields.add(self._gui, mark.name, DISTANCE, commit, hint)
 
     def _table_html(self, state: SessionState) -> str:

@@ -33,14 +33,14 @@ class PresetPanel:
             "First mark at",
             DISTANCE,
             self._plan_from,
-            hint="Distance of the near end of the first one, measured; of dashes it may stay empty",
+            hint="Measured distance to the near end of the first one; for dashes, it may stay empty",
         )
         self._period = desk.fields.add(
             gui,
             "Repeat every",
             DISTANCE,
             self._take_period,
-            hint="From one dash's near end to the next one's",
+            hint="From the near end of one dash to that of the next",
         )
         on_choice(self._list, desk.run, self._choose)
 
@@ -65,7 +65,7 @@ class PresetPanel:
             words = self._chosen.instruction
         planned = [f"{in_units(distance_m, imperial):.4g}" for distance_m in state.document.planned_m]
         if planned and not state.document.paced:
-            words += f" Clicks get {', '.join(planned)} {unit_name(imperial)} in turn."
+            words += f" Your clicks get {', '.join(planned)} {unit_name(imperial)} in turn."
         set_html(self._words, text_block(f"<p class='dim'>{words.strip()}</p>") if words else "")
 
     def _offer(self, document: Document) -> None:
@@ -122,6 +122,7 @@ class PresetPanel:
 def own_words(imperial: bool) -> str:
     """What to do with marks at any distance."""
     return (
-        "Click three marks on the road whose distance you know, and type each distance. One of them should "
-        f"be far away, {'65 ft' if imperial else '20 m'} or more: near ones alone leave far distances open."
+        "Click three marks on the road whose distances you know, and type each distance. One of them should "
+        f"be far away, {'65 ft' if imperial else '20 m'} or more: near ones alone leave far distances "
+        "uncertain."
     )

@@ -12,15 +12,15 @@ from fcw_viz.calibrate_app.document.state import Result, SessionState, Status
 from fcw_viz.calibrate_app.panels.trouble import TroublePanel
 from fcw_viz.page.style import card, set_html, step_heading, text_block
 
-FIRST_WORDS = '<p class="dim">Comes as soon as enough was said.</p>'
-STALE_WORDS = "Not current: the last result that could be calculated."
+FIRST_WORDS = '<p class="dim">Appears as soon as enough is known.</p>'
+STALE_WORDS = "Out of date: the last result that could be calculated."
 UNTOLD_WORDS = (
-    '<p class="dim">Pitch and lens come with the height of the camera; until then the intervals allow for '
-    "any.</p>"
+    '<p class="dim">Pitch and lens appear once the camera height is known; until then, the intervals allow '
+    "for any height.</p>"
 )
 BANDS_WORDS = (
-    "On the picture: each line is where the road is so far away, its band is where that row may lie two "
-    "times in three, and the strip is the path of a car {width} wide that drives straight ahead."
+    "In the picture, each line marks the road at that distance, and its band is where the row lies two "
+    "times in three. The strip is the path of a car {width} wide driving straight ahead."
 )
 TRADE_OFF_WORDS = "These trade off against each other: judge by the distances."
 
@@ -60,8 +60,8 @@ def _numbers_html(state: SessionState, result: Result) -> str:
         ("Pitch, down", math.degrees(camera.pitch_rad), math.degrees(sigmas.pitch_rad), "°"),
         ("Focal length", camera.focal_y_px, sigmas.focal_y_px, " px"),
         ("Field of view", math.degrees(result.calibration.field_of_view_rad), angle_sigma_deg, "°"),
-        ("Looks, to the left", math.degrees(turned.yaw_rad), math.degrees(turned.yaw_sigma_rad), "°"),
-        ("Rolled, to the right", math.degrees(turned.roll_rad), math.degrees(turned.roll_sigma_rad), "°"),
+        ("Yaw, left", math.degrees(turned.yaw_rad), math.degrees(turned.yaw_sigma_rad), "°"),
+        ("Roll, right", math.degrees(turned.roll_rad), math.degrees(turned.roll_sigma_rad), "°"),
         ("Lens axis, row", camera.principal_row_px, sigmas.principal_row_px, ""),
         ("Horizon, row", camera.horizon_row_px, sigmas.horizon_row_px, ""),
     )

@@ -21,7 +21,7 @@ from fcw_viz.page.style import card, set_html, step_heading, text_block
 SAVE_COLOR = (47, 158, 68)
 FILE, REPORT, ROS, KALIBR = "↓ YAML", "↓ Report", "↓ camera_info", "↓ Kalibr"
 EXPORT_FORMATS: dict[str, ExportFormat] = {ROS: "camera_info", KALIBR: "kalibr"}
-ANEW = "Start anew"
+ANEW = "Start over"
 EXACT_HEIGHTS, EXACT_PART = 0.05, 0.05
 """An axis known to so many picture heights and a focal length to such a part may be handed on as they are."""
 
@@ -65,11 +65,11 @@ class SavePanel:
         if state.saved:
             return f"<p>Next, type <code>{escape(command)}</code></p>"
         if state.solution.status is Status.DEGENERATE:
-            return card("<p>Cannot be saved: these points fit no camera.</p>")
+            return card("<p>Cannot be saved: no camera fits these points.</p>")
         if not state.solution.can_save:
             return f'<p class="dim">Not yet: {escape(state.solution.hint)}</p>'
-        warning = "It will carry the warning above." if state.solution.warnings else ""
-        return f'<p class="dim">What you say is kept all the while, saved or not. {warning}</p>'
+        warning = "The saved calibration will include the warning above." if state.solution.warnings else ""
+        return f'<p class="dim">Your work is kept at every step, saved or not. {warning}</p>'
 
     def _download(self, kind: str) -> None:
         desk = self._desk
@@ -102,9 +102,10 @@ def export_doubt(result: Result) -> str:
     if sigmas.principal_row_px < EXACT_HEIGHTS * calibration.image_size.height and focal_part < EXACT_PART:
         return ""
     return (
-        "camera_info and Kalibr have no place for uncertainty, and would state as exact a lens known to "
-        f"± {sigmas.focal_y_px:.0f} px in focal length and ± {sigmas.principal_row_px:.0f} rows in its axis: "
-        "say what you know of the lens first, or import its file (`fcw calibrate PICTURES --chessboard 9x6`)."
+        "camera_info and Kalibr cannot express uncertainty. They would state this lens as exact, but it "
+        f"is known only to ± {sigmas.focal_y_px:.0f} px in focal length and ± "
+        f"{sigmas.principal_row_px:.0f} rows in its axis: first type what you know of the lens, or import "
+        "its file (`fcw calibrate PICTURES --chessboard 9x6`)."
     )
 
 

@@ -19,7 +19,7 @@ from fcw_viz.page.channel import says
 from fcw_viz.page.style import set_html, step_heading, text_block
 
 CHOICE_WORDS = "What do you have?"
-OTHER_WAY = "Choose another way; nothing you said is lost"
+OTHER_WAY = "Choose another method; nothing you entered is lost"
 
 
 class WayPanel:
@@ -37,7 +37,7 @@ class WayPanel:
         way = chosen_way(state.document)
         set_html(self._heading, step_heading(1, CHOICE_WORDS, "now" if way is None else "done"))
         if way is not None:
-            change = f'<button class="fcw-link" {says("way:")} title="{OTHER_WAY}">another way</button>'
+            change = f'<button class="fcw-link" {says("way:")} title="{OTHER_WAY}">change</button>'
             # Chosen at the end of the list, the steps that follow would stay out of sight above. A page that
             # opens with what was chosen before stays at its top.
             seen = " data-fcw-seen" * self._cards_were_shown
@@ -57,7 +57,7 @@ def _card(way: Way, size: ImageSize, imperial: bool) -> str:
     error = typical_error(way, size)
     at = row_distance_text(EFFECT_DISTANCE_M, imperial)
     good = f"At {at} about ± {percent_text(error)}" if math.isfinite(error) else ""
-    when = "works with an earlier clip" if way.recorded else "while the car stands"
+    when = "works with an earlier clip" if way.recorded else "with the car parked"
     return (
         f'<button class="fcw-way" {says(f"way:{way.key}")}><b>{escape(way.name)}</b>'
         f"<span>{escape(way.needs)}</span><i>{good}; {when}</i></button>"

@@ -98,7 +98,7 @@ class Look:
         speeds_mps = [speed_mps for speed_mps in found if speed_mps is not None]
         if not speeds_mps or len(speeds_mps) < LEAST_KNOWN_PART * len(found):
             raise UserError(
-                f"{name}: it has no speed for the seconds that were looked at; expected times on the clock "
+                f"{name}: it has no speed for the seconds that were analysed; expected times on the clock "
                 "of the drive, or of a GPX track that begins with it"
             )
         return float(np.mean(speeds_mps))
@@ -139,18 +139,20 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     first_ns = next(pictures.source.frames()).time_ns
     horizon = None if seen.leads_to_px is None else seen.leads_to_px[1]
     if horizon is None or horizon.sigma > LARGEST_SIGMA_HEIGHTS * size.height:
-        instead = "take the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""
+        instead = "use the vehicles ahead as rulers, or " if len(seen.rulers) >= FEWEST_VEHICLES else ""
         words = f"The drive shows no horizon: {_why_not(seen)}; {instead}drag the horizon."
         return Look(None, words, scale, times_ns=times_ns, first_ns=first_ns)
     horizon = Gaussian(horizon.value, math.hypot(horizon.sigma, ROAD_SIGMA_HEIGHTS * size.height))
     yaw_rad = _yaw(found.calibration.orientation)
-    words = f"By {_sources(seen)} the horizon is at row {horizon.value:.0f} ± {horizon.sigma:.0f}"
+    words = (
+        f"By the drive's {_sources(seen)}, the horizon is at row {horizon.value:.0f} ± {horizon.sigma:.0f}"
+    )
     words += "." if yaw_rad is None else f", and the camera looks {_turn_words(yaw_rad)}."
     if seen.travel_px is None:
         words += " Does a flat road end there? If not, drag it."
     if found.piece_words:
         why = "the clip is cut there" if found.is_cut else "the horizon jumps there, the camera was moved"
-        words += f" It holds {found.piece_words}: {why}."
+        words += f" This holds {found.piece_words}: {why}."
     return Look(horizon, words, scale, times_ns=times_ns, first_ns=first_ns, yaw_rad=yaw_rad)
 
 
@@ -160,8 +162,8 @@ class _NobodyAsksError(Exception):
 
 def _sources(seen: ClipObservations) -> str:
     if seen.travel_px is None:
-        return "its lane lines alone"
-    return "the drive's motion alone" if seen.lanes_px is None else "the drive's motion and lane lines"
+        return "lane lines alone"
+    return "motion alone" if seen.lanes_px is None else "motion and lane lines"
 
 
 def _why_not(seen: ClipObservations) -> str:
@@ -173,8 +175,8 @@ def _why_not(seen: ClipObservations) -> str:
     if by_motion and by_lanes:
         return f"its motion says {by_motion}, its lane lines {by_lanes}"
     if by_motion or by_lanes:
-        return f"{_sources(seen)} leave it at {by_motion or by_lanes}"
-    return "neither its motion nor its lane lines tell"
+        return f"by its {_sources(seen)}, it is at {by_motion or by_lanes}"
+    return "neither its motion nor its lane lines show it"
 
 
 def _yaw(orientation: Orientation) -> Gaussian | None:
@@ -207,10 +209,10 @@ def find_vehicles(pictures: Pictures, going_on: Callable[[], bool] = lambda: Tru
         found = "1 vehicle" if len(rulers) == 1 else f"{len(rulers)} vehicles"
         return Look(
             None,
-            f"{found} found in {frames} pictures, and {FEWEST_VEHICLES} or more are needed.",
-            instead="Take the horizon that the drive shows instead, or draw two lane lines.",
+            f"{found} found in {frames} pictures; at least {FEWEST_VEHICLES} are needed.",
+            instead="Use the horizon that the drive shows instead, or draw two lane lines.",
         )
-    words = f"{len(rulers)} vehicles found in {frames} pictures; press again to take them as rulers."
+    words = f"{len(rulers)} vehicles found in {frames} pictures; press again to use them as rulers."
     return Look(None, words + _part_words(part_s, VEHICLES_S), vehicles=rulers)
 
 
@@ -234,7 +236,9 @@ def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -
     told = lens_by_turns(tracks)
     if told is None:
         return Look(
-            None, "The drive shows no field of view: it turns too little, or traffic hides what stands."
+            None,
+            "The drive does not show the field of view: it turns too little, or traffic hides what stands "
+            "still.",
         )
     half_px, focal_px = size.width / 2, told.focal_px
     if told.bend is not None:
@@ -245,7 +249,7 @@ def find_view(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -
     sigma_rad = 2 * half_px * focal_px.sigma / (focal_px.value**2 + half_px**2)
     view = Gaussian(2 * math.atan(half_px / focal_px.value), sigma_rad)
     view_deg, sigma_deg = math.degrees(view.value), math.degrees(sigma_rad)
-    words = f"By the drive's turns the field of view is {view_deg:.0f} ± {sigma_deg:.0f}°."
+    words = f"By the drive's turns, the field of view is {view_deg:.0f} ± {sigma_deg:.0f}°."
     return Look(None, words + _part_words(part_s, LONGEST_S), view_rad=view)
 
 
@@ -253,7 +257,7 @@ def _part_words(part_s: tuple[float, float], longest_s: float) -> str:
     """Which part of a clip that is cut was looked at; empty where it is not cut."""
     if part_s == (0.0, longest_s):
         return ""
-    return f" The clip is cut: this is by its longest part, {piece_words(part_s)}."
+    return f" The clip is cut: this is from its longest part, {piece_words(part_s)}."
 
 
 class DriveLook:
@@ -306,10 +310,10 @@ class DriveLook:
         try:
             look = self._look_at(self._pictures, self._going_on)
         except UserError as error:
-            look = Look(None, f"{error}. Say it yourself instead.")
+            look = Look(None, f"{error}. Type it yourself instead.")
         except Exception:
             LOGGER.exception("the look at the drive failed")
-            look = Look(None, "That failed by a fault of the program; say it yourself instead.")
+            look = Look(None, "That failed because of a fault in the program; type it yourself instead.")
         self.look, self.running = look, False
         if not self._closed.is_set():
             self._tell()

@@ -57,7 +57,7 @@ def test_a_newcomer_calibrates_in_three_clicks_three_numbers_one_height_and_one_
     person.field("Camera height").fill("1.3")
     save = person.button("Save drive.calibration.yaml")
     wait_for(save.is_enabled)
-    assert "At 40 m this camera is good for" in person.banner
+    assert "A reading of 40 m means" in person.banner
     save.click()
     wait_for(lambda: "fcw run" in person.words("text=Next, type"))
 
@@ -152,7 +152,7 @@ def test_a_degenerate_state_keeps_the_last_good_result_marked_and_cannot_be_save
     person.field("B, metres").fill("31.6")
     wait_for(lambda: page.session.state.solution.status is Status.DEGENERATE)
     wait_for(lambda: person.button("Save drive.calibration.yaml").is_disabled())
-    assert "Not current" in person.words(".fcw-card.stale")
+    assert "Out of date" in person.words(".fcw-card.stale")
     assert "Cannot be saved" in person.words("text=Cannot be saved")
     assert [row[0] for row in person.table] == ["A", "⚠ B", "⚠ C"]
     person.press("Escape", "Control+s")
@@ -189,7 +189,7 @@ def test_keys(tmp_path: Path, serve: Serve, open_page: OpenPage, wait_for: WaitF
     wait_for(lambda: person.words(".fcw-step").endswith("0.1 s"))
     person.press("1")
     wait_for(lambda: person.browser.page.locator(".fcw tr.selected").count() == 1)
-    person.button("Its picture").click()
+    person.button("Go to picture").click()
     wait_for(lambda: person.words(".fcw-step").endswith("0.0 s"))
     camera = person.browser.camera()
     person.press("=")

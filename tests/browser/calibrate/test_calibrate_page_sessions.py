@@ -92,7 +92,7 @@ def test_a_button_that_is_drawn_anew_while_it_is_pressed_is_pressed(
         session.apply(ELSEWHERE, AddMark(column_px, row_px, distance_m=distance_m))
     session.apply(ELSEWHERE, SetHeight(1.3, 0.05))
     person = Person(open_page(page.url))
-    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    wait_for(lambda: "A reading of 40 m means" in person.banner)
     before = person.banner
     mouse = person.browser.page.mouse
     person.browser.page.locator(".fcw-banner button").hover()
@@ -118,7 +118,7 @@ def test_a_killed_server_comes_back_with_every_point(tmp_path: Path, open_page: 
         label = f"{'ABC'[count]}, metres"
         wait_for(lambda label=label: person.field(label).count() > 0 and person.cursor_is_in(label))
         person.type(distance)
-    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    wait_for(lambda: "A reading of 40 m means" in person.banner)
     before = person.table
     os.kill(process.pid, signal.SIGKILL)
     process.communicate()
@@ -128,7 +128,7 @@ def test_a_killed_server_comes_back_with_every_point(tmp_path: Path, open_page: 
     wait_for(lambda: person.table == before)
     assert person.field("Camera height").input_value() == "1.3"
     assert person.field("Bumper ahead").input_value() == "1.6"
-    assert "Your work goes on where it was" in person.words(".fcw:has-text('Your work')")
+    assert "Your earlier work was restored" in person.words(".fcw:has-text('Your earlier work')")
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130

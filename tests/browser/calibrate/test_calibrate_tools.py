@@ -101,7 +101,7 @@ def test_a_tape_measure_over_two_pictures_needs_no_typing(
     def marks() -> list[tuple[float | None, int | None]]:
         return [(mark.distance_m, mark.frame) for mark in page.session.state.document.marks]
 
-    person.button("Points at distances I taped").click()
+    person.button("Points at measured distances").click()
     wait_for(lambda: person.field("Distances").count() > 0)
     choose(person, "Distances", "Tape measure: 5, 10, 20 m")
     wait_for(lambda: page.session.state.document.planned_m == TAPE_M)
@@ -181,7 +181,7 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
 
     person = Person(open_page(page.url))
     expect(None)
-    checkbox(person, "Say more").click()
+    checkbox(person, "More inputs").click()
     person.button("Draw lane lines").click()
     for side, name in ((1, "left"), (-1, "right")):
         for place, end in zip(lane_line(side), ("bottom", "far away"), strict=True):
@@ -197,11 +197,11 @@ def test_lane_lines_and_a_dragged_horizon_are_mathematics(
     drawn = vanishing_row((first.start_px, first.end_px), (second.start_px, second.end_px), 1.0)
     assert (meeting.value, meeting.sigma) == pytest.approx((drawn.value, drawn.sigma))
     expect_lane_lines(meeting)
-    checkbox(person, "Use them").click()
+    checkbox(person, "Use lane lines").click()
     expect(None)
-    checkbox(person, "Use them").click()
+    checkbox(person, "Use lane lines").click()
     expect_lane_lines(meeting)
-    person.button("Remove them").click()
+    person.button("Remove lines").click()
     wait_for(lambda: page.session.state.document.lane_lines == (None, None))
     expect(None)
     assert len(page.session.state.document.marks) == len(TAPE_M)  # no click of the tool became a point
@@ -238,7 +238,7 @@ def test_the_end_of_the_horizon_tilts_the_camera_and_the_path_turns_it(
     page = serve(road(tmp_path))
     page.session.apply(SOMEBODY, *(AddMark(*seen(d), 0, d) for d in TAPE_M), SetHeight(HEIGHT_M))
     person = Person(open_page(page.url))
-    checkbox(person, "Say more").click()
+    checkbox(person, "More inputs").click()
     person.button("Drag the horizon").click()
     middle_px, aside_px = (SIZE.width - 1) / 2, ROLL_GRIP_PART * (SIZE.width - 1)
     path_row_px = CAMERA.horizon_row_px + YAW_GRIP_PART * (SIZE.height - 1 - CAMERA.horizon_row_px)
@@ -336,9 +336,9 @@ def test_a_straight_edge_that_the_lens_bends_is_told_and_mended(
     tape = [AddMark(*seen(d), 0, d) for d in TAPE_M]
     page.session.apply(SOMEBODY, *tape, SetHeight(HEIGHT_M))
     person = Person(open_page(page.url))
-    checkbox(person, "Say more").click()
+    checkbox(person, "More inputs").click()
     person.button("Click along a straight edge").click()
-    wait_for(lambda: "one thing that is straight" in person.banner)
+    wait_for(lambda: "along something straight" in person.banner)
     # A pole behind a wide lens: it bows outwards, most in the middle.
     rows_px = np.linspace(20.0, SIZE.height - 20.0, 7)
     pole = [(60.0 + 30.0 * ((row_px - 359.5) / 359.5) ** 2, row_px) for row_px in rows_px]
@@ -359,4 +359,4 @@ def test_a_straight_edge_that_the_lens_bends_is_told_and_mended(
     assert solved is not None
     assert solved.calibration.lens is not None
     assert solved.calibration.lens.coefficients[0] < -0.1
-    wait_for(lambda: person.button("Forget the lens").count() == 1)
+    wait_for(lambda: person.button("Remove the lens").count() == 1)

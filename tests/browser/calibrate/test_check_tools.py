@@ -50,7 +50,7 @@ def wait_until_picture(opened: BrowserPage, condition: str) -> None:
 def test_a_click_on_the_road_is_measured(drive_page, open_page):
     tab = check_tools(open_page(drive_page.url))
     tab.page.get_by_role("checkbox", name="Measure").click()
-    tab.page.get_by_text("Click on the road: how far is it?").wait_for()
+    tab.page.get_by_text("Click on the road to read the distance.").wait_for()
 
     def measure(distance_m: float, lateral_m: float) -> None:
         column_px = CALIBRATION.column_at(lateral_m, distance_m)
@@ -89,7 +89,7 @@ def test_vehicles_of_the_picture_shown_are_found(drive_page, open_page):
 def test_the_drive_plays_in_one_tab_and_stops_by_the_space_key(drive_page, open_page, wait_for):
     still, tab = open_page(drive_page.url), check_tools(open_page(drive_page.url))
     tab.page.get_by_role("button", name="Play").click()
-    tab.page.get_by_role("button", name="Stop").wait_for()
+    tab.page.get_by_role("button", name="Pause").wait_for()
     wait_until_picture(tab, "n > 15")
     tab.page.keyboard.press("Space")
     tab.page.get_by_role("button", name="Play").wait_for()
@@ -107,7 +107,7 @@ def test_the_drive_plays_in_one_tab_and_stops_by_the_space_key(drive_page, open_
 def test_a_server_that_ends_while_a_tab_plays_leaves_nothing_running(drive_page, open_page):
     tab = check_tools(open_page(drive_page.url))
     tab.page.get_by_role("button", name="Play").click()
-    tab.page.get_by_role("button", name="Stop").wait_for()
+    tab.page.get_by_role("button", name="Pause").wait_for()
     drive_page.stop()
     assert all(thread.name not in ("playback", "detect") for thread in threading.enumerate())
 

@@ -63,17 +63,17 @@ def test_a_clip_without_a_tape_measure_is_calibrated_in_ten_actions(
 
     person.button("A recorded clip, no tape measure").click()
     done()
-    wait_for(lambda: "how high the camera is" in person.banner)
+    wait_for(lambda: "the camera's height above the road" in person.banner)
     person.field("Camera height").fill(TRUE_HEIGHT)
     done()
-    wait_for(lambda: "how much the lens sees" in person.banner)
+    wait_for(lambda: "Type the field of view" in person.banner)
     person.field("Kind of camera").click()
     person.browser.page.get_by_role("option", name="Phone, main camera").click()
     done(2)
-    wait_for(lambda: "Take the horizon that the drive shows" in person.banner)
-    person.button("Take this horizon").click()
+    wait_for(lambda: "Use the horizon that the drive shows" in person.banner)
+    person.button("Use this horizon").click()
     done()
-    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    wait_for(lambda: "A reading of 40 m means" in person.banner)
     person.browser.page.locator(".fcw-banner button", has_text="Save").click()
     done()
     wait_for(lambda: "Saved" in person.banner)
@@ -106,16 +106,16 @@ def test_the_field_of_view_that_turns_show_is_taken_in_two_presses(
     page = serve(pictures_of_demo_drive(tmp_path))
     page.session.apply(SOMEBODY, ChooseWay("clip"), SetHeight(1.3))
     person = Person(open_page(page.url))
-    person.button("Find it in the drive's turns").click()
-    person.button("Take this field of view").click()
+    person.button("Find the field of view from turns").click()
+    person.button("Use this field of view").click()
     wait_for(lambda: page.session.state.document.field_of_view is not None)
     said = page.session.state.document.field_of_view
     assert said is not None
     assert said.prior.value == pytest.approx(2 * math.atan(0.64))
     # As much as 8 % of the focal length make of it.
     assert said.prior.sigma == pytest.approx(2 * math.atan(0.64) - 2 * math.atan(0.64 / 1.08), rel=0.1)
-    wait_for(lambda: person.button("Take this field of view").count() == 0)
-    assert person.browser.page.get_by_text("By the drive's turns the field of view is 65 ± 4°.").count() == 1
+    wait_for(lambda: person.button("Use this field of view").count() == 0)
+    assert person.browser.page.get_by_text("By the drive's turns, the field of view is 65 ± 4°.").count() == 1
 
 
 def test_a_speed_is_refused_where_the_drive_does_not_show_how_fast_the_road_goes_by(
@@ -127,7 +127,7 @@ def test_a_speed_is_refused_where_the_drive_does_not_show_how_fast_the_road_goes
     page.looks.horizon.wait()
     person.field("Mean speed").fill("50")
     wait_for(lambda: person.browser.page.locator(".fcw-wrong").count() == 1)
-    assert "it is too plain, or too dark, or the car stands" in person.words(".fcw-wrong")
+    assert "the road is too plain or too dark, or the car stands still" in person.words(".fcw-wrong")
     assert page.session.state.document.speed is None
 
 

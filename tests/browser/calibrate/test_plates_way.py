@@ -76,12 +76,12 @@ def test_two_plates_and_the_kind_of_camera_are_enough_on_a_phone(
     wait_for(lambda: "choose your kind of camera" in person.banner)
     person.field("Kind of camera").click()
     browser.page.get_by_role("option", name="Phone, main camera").click()
-    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    wait_for(lambda: "A reading of 40 m means" in person.banner)
     person.press("Control+s")
     wait_for(lambda: page.session.state.saved)
     saved = read_calibration(default_path(source))
     low_m, high_m = saved.distance_interval(CAMERA.row_at(20.0))
     assert low_m < 20 < high_m
     assert len(saved.plates) == 2
-    person.button("Remove the last one").click()
+    person.button("Remove the last").click()
     wait_for(lambda: len(page.session.state.document.plates) == 1)

@@ -45,9 +45,9 @@ def test_a_parking_bay_is_calibrated_in_seven_actions_dragged_and_undone(
         browser.click(*corner)
         wait_for(lambda count=count: corner_count(page) == count)
     wait_for(lambda: "type one of its sides" in person.banner)
-    person.field("What it is").click()
+    person.field("Size from").click()
     browser.page.get_by_role("option", name="Parking bay, Germany: 2.50 x 5.00 m").click()
-    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    wait_for(lambda: "A reading of 40 m means" in person.banner)
 
     # The rule's sides are the right way round, whichever corner was the first.
     state = page.session.state
@@ -56,7 +56,7 @@ def test_a_parking_bay_is_calibrated_in_seven_actions_dragged_and_undone(
     assert second_m is not None
     assert (first_m.value, second_m.value) == (2.5, 5.0)
     assert not state.solution.troubles
-    assert browser.page.get_by_text("It comes out as").is_visible()
+    assert browser.page.get_by_text("Result: ").is_visible()
 
     before = state.document.rectangles[0].corners_px[2]
     browser.drag(before, (before[0] + 40, before[1] + 12))
@@ -64,7 +64,7 @@ def test_a_parking_bay_is_calibrated_in_seven_actions_dragged_and_undone(
     person.press("Control+z")
     wait_for(lambda: page.session.state.document.rectangles[0].corners_px[2] == before)
 
-    wait_for(lambda: "At 40 m this camera is good for" in person.banner)
+    wait_for(lambda: "A reading of 40 m means" in person.banner)
     browser.page.locator(".fcw-banner button", has_text="Save").click()
     wait_for(lambda: "Saved" in person.banner)
     saved = read_calibration(default_path(source))
@@ -90,5 +90,5 @@ def test_a_typed_side_after_the_corners_is_enough(
     assert rectangle.first_side_m is not None
     assert rectangle.first_side_m.value == 2.5
     assert rectangle.second_side_m is None
-    person.button("Remove it").click()
+    person.button("Remove rectangle").click()
     wait_for(lambda: page.session.state.document.rectangles == ())

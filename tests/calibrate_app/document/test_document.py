@@ -86,13 +86,13 @@ def test_a_mark_dragged_out_of_the_picture_stays_at_its_edge():
         (PlanDistances((4, -5)), "distance -5"),
         (SetHeight(0), "camera height 0: expected a number above 0"),
         (SetReference(True, -1), "offset -1 m: expected 0 or more"),
-        (SetRowSigma(0), "error of a click 0: expected a number above 0"),
+        (SetRowSigma(0), "click error 0: expected a number above 0"),
         (SetFieldOfView(Belief(Gaussian(math.pi, 0.1))), "field of view 180 degrees: expected more than 0"),
         (SetHorizon(Belief(Gaussian(300, 0))), "uncertainty of the horizon 0: expected a number above 0"),
         (SetHorizon(Belief(Gaussian(math.nan, 1))), "horizon nan: expected finite numbers"),
         (SetLaneLine(2, None), "lane line 2: expected 0 or 1"),
         (SetLaneLine(0, Line((1, 2), (1, 2))), "both ends of the lane line are at the same place"),
-        (Load(Document(ImageSize(640, 360))), "these points are of pictures of 640x360"),
+        (Load(Document(ImageSize(640, 360))), "these points were clicked in pictures of 640x360"),
     ],
 )
 def test_impossible_edits_are_refused_with_the_mend(edit, message):

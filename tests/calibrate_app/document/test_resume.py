@@ -108,7 +108,7 @@ def test_a_file_whose_points_give_another_camera_is_not_said_to_be_what_is_shown
     """Made without the priors of the page, or with what a file has no place for."""
     beginning = begun(made, tmp_path)
     assert beginning.saved is None
-    assert "Alone they do not give the camera that it holds" in beginning.notice
+    assert "They alone do not give the camera in that file" in beginning.notice
     again = begin(tmp_path / "clip.mp4", SIZE, tmp_path / "clip.calibration.yaml")
     assert again.saved is None
     again.journal.close()

@@ -28,7 +28,7 @@ from fcw_viz.calibrate_app.document.ways.ways import middle_row
         (Document(SIZE, planned_m=(3.048, 5, 7), imperial=True), "Click the mark at 10 ft."),
         (untold(461), "Type the distance of A."),
         (said((4, 461)), "Click two more marks at other distances, one of them far away."),
-        (said((4, 461), (5, 428)), "Click one more mark at another distance, best far away."),
+        (said((4, 461), (5, 428)), "Click one more mark at another distance, preferably far away."),
         (said((4, 461), planned_m=(4, 5, 7)), "Click the mark at 5 m."),
         (said(*PAPER_POINTS), "Type the camera's height above the road."),
         (
@@ -122,7 +122,7 @@ def test_imperial_rows_are_round_in_feet():
     assert result is not None
     feet = [row.distance_m / 0.3048 for row in result.rows]
     assert feet == pytest.approx([15, 30, 50, 75, 100, 150, 200, 250])
-    assert result.quality.startswith("At 131 ft "), "40 m, as everywhere"
+    assert result.quality.startswith("A reading of 131 ft "), "40 m, as everywhere"
 
 
 def test_residuals_are_told_by_mark_in_pixels_and_metres():
@@ -151,7 +151,7 @@ def test_near_points_are_said_to_leave_the_far_open():
     """As clicked in a picture a twentieth as large: their horizon is anywhere."""
     result = solve(said(*seen(4, 5, 7), height_m=1.3, row_sigma_px=20.0)).result
     assert result is not None
-    assert "only this is sure" in result.quality
+    assert "only means farther than" in result.quality
     assert "far point" in result.quality
 
 
@@ -203,7 +203,7 @@ def test_horizons_that_disagree_are_told_before_what_follows_from_it():
     horizon = Belief(Gaussian(400.0, 2.0))
     document = said(*seen(6, 15, 40), height_m=1.3, lane_lines=lines, horizon=horizon)
     first = solve(document).troubles[0]
-    assert "one of them is wrong" in first.text
+    assert "one of the two is wrong" in first.text
     assert mended(document, first.mend).horizon == replace(horizon, enabled=False)
 
 

@@ -48,7 +48,7 @@ def test_a_wrong_offset_is_corrected_rather_than_introduced():
     from_bumper = [(d - 2.2, row) for d, row in seen(7.0, 12.0, 22.0, 40.0)]
     trouble = only_trouble(solve(said(*from_bumper, height_m=1.3, from_bumper=True, bumper_offset_m=0.5)))
     assert trouble.mend is not None
-    assert trouble.mend.label.startswith("Set the offset of the bumper to ")
+    assert trouble.mend.label.startswith("Set the bumper offset to ")
     assert "not 0.50 m" in trouble.text
 
 
@@ -59,7 +59,7 @@ def test_a_wrong_offset_is_corrected_rather_than_introduced():
         (((4, 461), (5, 461), (7, 383)), (1, 2), "A (4 m) and B (5 m) are in the same row"),
         (((4, 461), (5, 428), (7, 440)), (2, 3), "C (7 m) is farther than B (5 m) but lower"),
         (((4, 461), (5, 440), (7, 383)), (1, 2, 3), "the rows of A, B and C do not crowd together"),
-        (((5, 400.3), (10, 400.2), (20, 400.1)), (1, 2, 3), "A, B and C differ by less than the error"),
+        (((5, 400.3), (10, 400.2), (20, 400.1)), (1, 2, 3), "A, B and C differ by less than the click error"),
         (((10, 461), (5, 428)), (1, 2), "A (10 m) is farther than B (5 m) but lower"),
         (((4, 461), (4, 400)), (1, 2), "A and B have the same distance"),
     ],
@@ -89,7 +89,7 @@ def test_a_mark_farther_than_anybody_measures_is_named_by_its_letter(paced):
     assert solution.status is Status.DEGENERATE
     trouble = only_trouble(solution)
     assert trouble.mark_ids == (3,)
-    assert "C (900 m) is farther than anybody measures (500 m)" in trouble.text
+    assert "C (900 m) is farther than anyone can measure (500 m)" in trouble.text
 
 
 def test_what_is_known_of_lens_and_horizon_has_a_say_in_what_went_wrong():
@@ -121,7 +121,7 @@ def test_distances_typed_in_reverse_are_sorted_by_row():
     document = said(*reverse, height_m=1.3)
     trouble = only_trouble(solve(document))
     assert trouble.mend is not None
-    assert trouble.mend.label == "Give the distances by row, the lowest point the nearest"
+    assert trouble.mend.label == "Sort the distances by row, nearest at the bottom"
     assert solve(mended(document, trouble.mend)).status is Status.GOOD
 
 
@@ -143,7 +143,7 @@ def test_feet_typed_as_metres_are_proposed_and_shown_as_typed():
     trouble = only_trouble(solve(document))
     assert "were typed as metres, but are in feet" in trouble.text
     assert trouble.mend is not None
-    assert trouble.mend.label == "Take the distances for feet"
+    assert trouble.mend.label == "Read the distances as feet"
     right = mended(document, trouble.mend)
     assert right.imperial
     assert [mark.distance_m for mark in right.marks] == pytest.approx([6.096, 15.24, 39.624])
@@ -153,11 +153,11 @@ def test_feet_typed_as_metres_are_proposed_and_shown_as_typed():
 @pytest.mark.parametrize(
     ("height_m", "imperial", "label", "meant_m"),
     [
-        (4.3, False, "Take the height for 4.3 feet", 1.3106),
-        (130.0, False, "Take the height for 130 centimetres", 1.3),
-        (51.0, False, "Take the height for 51 inches", 1.2954),
-        (1300.0, False, "Take the height for 1300 millimetres", 1.3),
-        (1.3 * 0.3048, True, "Take the height for 1.3 metres", 1.3),
+        (4.3, False, "Read the height as 4.3 feet", 1.3106),
+        (130.0, False, "Read the height as 130 centimetres", 1.3),
+        (51.0, False, "Read the height as 51 inches", 1.2954),
+        (1300.0, False, "Read the height as 1300 millimetres", 1.3),
+        (1.3 * 0.3048, True, "Read the height as 1.3 metres", 1.3),
     ],
 )
 def test_a_height_in_another_unit_is_proposed(height_m, imperial, label, meant_m):
@@ -165,7 +165,7 @@ def test_a_height_in_another_unit_is_proposed(height_m, imperial, label, meant_m
     solution = solve(document)
     assert solution.status is Status.IMPLAUSIBLE
     trouble = solution.troubles[0]
-    assert "behind no windscreen" in trouble.text
+    assert "above the road cannot be behind a windscreen" in trouble.text
     assert trouble.mend == Mend(label, (SetHeight(meant_m),))
     assert solve(mended(document, trouble.mend)).status is Status.GOOD
 
@@ -185,7 +185,7 @@ def test_a_near_mark_that_bends_the_camera_rather_than_the_residuals_is_found_ou
     points[0] = (5, points[0][1] + 25)
     trouble = only_trouble(solve(said(*points, height_m=1.3)))
     assert trouble.mark_ids == (1,)
-    assert "without it all others agree" in trouble.text
+    assert "without it, all others agree" in trouble.text
 
 
 def test_a_contradicting_prior_is_switched_off_not_forgotten():

@@ -12,8 +12,8 @@ from fcw_viz.calibrate_app.panels.camera.besides import BesidesPanel
 @pytest.mark.parametrize(
     ("label", "expected"),
     [
-        ("Tilted to the right, °", "'45' is not a tilt to the right: expected -30 to 30°"),
-        ("Looks to the left, °", "'45' is not an angle to the side: expected -30 to 30°"),
+        ("Roll to the right, °", "'45' is not a tilt to the right: expected -30 to 30°"),
+        ("Yaw to the left, °", "'45' is not an angle to the side: expected -30 to 30°"),
     ],
 )
 def test_what_is_no_angle_is_answered_with_what_its_field_expects(label: str, expected: str):

@@ -41,14 +41,14 @@ def test_rows_that_the_other_one_sees_in_the_sky_are_said_to_be():
 def test_how_each_camera_is_turned_is_told_where_its_file_says_it():
     turned = Orientation(math.radians(3.0), math.radians(-1.8), math.radians(0.2), math.radians(0.5))
     html = comparison_html(HERE, replace(HERE, orientation=turned), FILE, imperial=False)
-    assert html.count("looks 3.00 ± 0.20° to the left, rolled -1.80 ± 0.50° to the right") == 1
-    assert html.count("looks") == 1, "of the level one nothing is known"
+    assert html.count("yaw 3.00 ± 0.20° to the left, roll -1.80 ± 0.50° to the right") == 1
+    assert html.count("yaw") == 1, "of the level one nothing is known"
 
 
 @pytest.mark.parametrize(
     ("height_m", "pitch_rad", "words"),
     [
-        (1.3, 0.0, "they fit both alike (here they come out +0% wide; there they come out +0% wide)"),
+        (1.3, 0.0, "they fit both equally well (here they come out +0% wide; there they come out +0% wide)"),
         (
             1.56,
             0.0,

@@ -30,7 +30,7 @@ def test_the_effect_of_a_belief_in_words():
     words = effect_words(BeliefEffect(0.085, 0.042, -0.012), document)
     assert words == "At 40 m: ± 4.2% with it, ± 8.5% without; it moves that distance by -1.2%."
     alone = effect_words(BeliefEffect(math.inf, 0.042, 0.0), document)
-    assert alone == "At 40 m: ± 4.2% with it; without it nothing is determined."
+    assert alone == "At 40 m: ± 4.2% with it; without it, nothing is determined."
     assert effect_words(None, document) == ""
 
 

@@ -132,17 +132,22 @@ TRAVEL = Gaussian(640.0, 3.0), Gaussian(320.0, 3.0)
 @pytest.mark.parametrize(
     ("seen", "piece_s", "row_px", "words"),
     [
-        (observations(TRAVEL, None), None, 320.0, "By the drive's motion alone the horizon is at row 320"),
-        (observations(TRAVEL, LANES), None, 322.0, "By the drive's motion and lane lines the horizon"),
-        (observations(None, LANES), None, 330.0, "By its lane lines alone .* Does a flat road end there?"),
-        (observations(TRAVEL, None), (0.0, 7.0), 320.0, "It holds until 7 s: the horizon jumps there"),
-        (observations(TRAVEL, None), (8.0, 40.0), 320.0, "It holds from 8 s on"),
-        (observations(TRAVEL, None), (8.0, 20.0), 320.0, "It holds from 8 s to 20 s: the horizon"),
+        (observations(TRAVEL, None), None, 320.0, "By the drive's motion alone, the horizon is at row 320"),
+        (observations(TRAVEL, LANES), None, 322.0, "By the drive's motion and lane lines, the horizon"),
+        (
+            observations(None, LANES),
+            None,
+            330.0,
+            "By the drive's lane lines alone, .* Does a flat road end there?",
+        ),
+        (observations(TRAVEL, None), (0.0, 7.0), 320.0, "This holds until 7 s: the horizon jumps there"),
+        (observations(TRAVEL, None), (8.0, 40.0), 320.0, "This holds from 8 s on"),
+        (observations(TRAVEL, None), (8.0, 20.0), 320.0, "This holds from 8 s to 20 s: the horizon"),
         (
             replace(observations(TRAVEL, None), parts_s=((0.0, 7.8), (8.0, 20.0))),
             (8.0, 20.0),
             320.0,
-            "It holds from 8 s to 20 s: the clip is cut there.",
+            "This holds from 8 s to 20 s: the clip is cut there.",
         ),
         (
             observations(TRAVEL, FAR_LANES),
@@ -154,15 +159,15 @@ TRAVEL = Gaussian(640.0, 3.0), Gaussian(320.0, 3.0)
             observations(None, (TRAVEL[0], VAGUE)),
             None,
             None,
-            "its lane lines alone leave it at row 330 ± 50;",
+            "by its lane lines alone, it is at row 330 ± 50;",
         ),
         (
             observations(None, None),
             None,
             None,
-            "neither its motion nor its lane lines tell; drag the horizon",
+            "neither its motion nor its lane lines show it; drag the horizon",
         ),
-        (observations(None, None, vehicles=5), None, None, "take the vehicles ahead as rulers, or drag"),
+        (observations(None, None, vehicles=5), None, None, "use the vehicles ahead as rulers, or drag"),
     ],
 )
 def test_a_look_says_what_tells_the_horizon_and_how_far_to_trust_it(
@@ -228,8 +233,8 @@ def test_of_a_clip_that_is_cut_the_longest_part_is_searched(data_dir: Path, monk
     view, vehicles = find_view(cut), find_vehicles(cut)
     assert view.view_rad is not None
     assert abs(view.view_rad.value - KITTI_VIEW_RAD) < view.view_rad.sigma
-    assert view.words.endswith(" The clip is cut: this is by its longest part, from 3 s to 30 s.")
-    assert vehicles.words.endswith(" The clip is cut: this is by its longest part, from 3 s to 20 s.")
+    assert view.words.endswith(" The clip is cut: this is from its longest part, from 3 s to 30 s.")
+    assert vehicles.words.endswith(" The clip is cut: this is from its longest part, from 3 s to 20 s.")
     ((begin_s, end_s),) = looked_at
     assert 3.0 < begin_s < 3.5 < 19.5 < end_s <= 20.0
 

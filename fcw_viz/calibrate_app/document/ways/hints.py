@@ -21,12 +21,15 @@ PLATE_CLICKS = {
 def hint_clip(document: Document) -> str:
     """What to do next without points."""
     if document.height_m is None:
-        return "Say how high the camera is above the road, or choose your kind of vehicle."
+        return "Type the camera's height above the road, or choose your kind of vehicle."
     if document.field_of_view is None:
-        return "Say how much the lens sees from side to side, or choose your kind of camera."
+        return "Type the field of view, or choose your kind of camera."
     if document.horizon is None and None in document.lane_lines:
-        return "Take the horizon that the drive shows or the vehicles ahead as rulers, or drag the horizon."
-    return "Switch the lens, its axis and the horizon or the lane lines on: all are needed without points."
+        return "Use the horizon that the drive shows, use the vehicles ahead as rulers, or drag the horizon."
+    return (
+        "Switch on the field of view, the lens axis, and the horizon or the lane lines: without points, "
+        "all are needed."
+    )
 
 
 def hint_lane(document: Document) -> str:
@@ -34,25 +37,25 @@ def hint_lane(document: Document) -> str:
     if None in document.lane_lines:
         return "Go to a straight stretch and find or draw both lane lines."
     if document.lane_width is None:
-        return "Say how far the lane lines are apart."
+        return "Type the lane width."
     return hint_clip(document)
 
 
 def hint_speed(document: Document) -> str:
     """What to do next with a known speed."""
     if document.horizon is None and None in document.lane_lines:
-        return "Take the horizon that the drive shows, or drag it; then say the mean speed."
+        return "Use the horizon that the drive shows, or drag it; then type the mean speed."
     if document.speed is None:
-        return "Say the mean speed over the stretch that was looked at."
+        return "Type the mean speed over the stretch that was analysed."
     if document.height_m is None:
         return hint_clip(document)
-    return "Switch the speed, the lens's axis and the horizon on: all are needed without points."
+    return "Switch on the speed, the lens axis and the horizon: without points, all are needed."
 
 
 def hint_vehicles(document: Document) -> str:
     """What to do next with vehicles as rulers."""
     if not document.vehicles:
-        return "Let the program look for the vehicles ahead, and take them as rulers."
+        return "Let the program look for the vehicles ahead, then use them as rulers."
     return hint_clip(document)
 
 
@@ -62,27 +65,29 @@ def hint_plates(document: Document) -> str:
     if begun:
         return PLATE_CLICKS[len(begun[0])]
     if not document.plates:
-        return "Click one end of a number plate; where the picture is small, a first click zooms in."
+        return "Click one end of a number plate. If the picture is small, the first click zooms in."
     if len(document.plates) < FEWEST_PLATES:
         return "Click one end of the plate of another vehicle, nearer or farther."
     if document.field_of_view is None:
-        return "Say how much the lens sees from side to side, or choose your kind of camera."
-    return "Switch the lens and its axis on: both are needed with plates alone."
+        return "Type the field of view, or choose your kind of camera."
+    return "Switch on the field of view and the lens axis: with plates alone, both are needed."
 
 
 def hint_dashes(document: Document) -> str:
     """What to do first with lane dashes."""
-    return "Choose your country's dashes in the list, or type how far apart they are."
+    return "Choose your country's dashes in the list, or type their spacing."
 
 
 def hint_rectangle(document: Document) -> str:
     """What to do next with a rectangle on the road."""
     clicked = len(document.rectangles[-1].corners_px) if document.rectangles else 0
     if clicked == 0:
-        return "Click a corner of a rectangle that is painted on the road, such as a parking bay."
+        return "Click a corner of a rectangle painted on the road, such as a parking bay."
     if clicked < CORNERS:
         return f"Click its next corner; {CORNERS - clicked} to go."
-    return "Say what it is or type one of its sides; with the camera's height, none is needed."
+    return (
+        "Choose a standard size, or type one of its sides. If the camera height is known, neither is needed."
+    )
 
 
 HINTS = {

@@ -239,14 +239,14 @@ WAYS = (
     Way(
         CLIP,
         "A recorded clip, no tape measure",
-        "The height of the camera, what kind of camera it is, and a stretch of straight road in the clip.",
+        "The height and the kind of camera, and a stretch of straight road in the clip.",
         True,
         (Part.LENS,),
         _without_marks,
     ),
     Way(
         TAPE,
-        "Points at distances I taped",
+        "Points at measured distances",
         "Parked on a level street: three marks on the road ahead, one of them far away.",
         False,
         (Part.POINTS,),
@@ -256,7 +256,7 @@ WAYS = (
     Way(
         DASHES,
         "Lane dashes",
-        "Three or more dashes in one picture, how far apart they are by the country's rule, and the height.",
+        "Three or more dashes in one picture, their spacing by the national rule, and the camera height.",
         True,
         (Part.POINTS,),
         _of_dashes,
@@ -265,7 +265,8 @@ WAYS = (
     Way(
         LANE,
         "A lane of known width",
-        "A picture of a straight road with both lane lines, their distance, the height and kind of camera.",
+        "A picture of a straight road with both lane lines, the lane width, and the height and kind of "
+        "camera.",
         True,
         (Part.LENS,),
         _of_lane,
@@ -273,8 +274,8 @@ WAYS = (
     Way(
         SPEED,
         "A known speed",
-        "The mean speed of a stretch of driving, by GPS, a speedometer or figures in the picture itself, and "
-        "roughly the height.",
+        "The mean speed over a stretch of driving, from GPS, a speedometer or figures in the picture, and "
+        "roughly the camera height.",
         True,
         (Part.LENS,),
         _of_speed,
@@ -282,7 +283,7 @@ WAYS = (
     Way(
         VEHICLES,
         "Vehicles ahead",
-        "A clip with five or more cars ahead, the height and the kind of camera: cars are about 1.8 m wide.",
+        "A clip with five or more cars ahead, and the height and kind of camera. Cars are about 1.8 m wide.",
         True,
         (Part.LENS,),
         _of_vehicles,
@@ -290,7 +291,7 @@ WAYS = (
     Way(
         PLATES,
         "Number plates ahead",
-        "Two or more vehicles seen from behind, near and far, their country and the kind of camera.",
+        "Two or more vehicles seen from behind, near and far, their country, and the kind of camera.",
         True,
         (Part.PLATES, Part.LENS),
         _of_plates,
@@ -298,7 +299,8 @@ WAYS = (
     Way(
         RECTANGLE,
         "A rectangle of known size",
-        "An empty parking bay or other painted rectangle, seen whole: four corners and how long a side is.",
+        "An empty parking bay or another painted rectangle, fully visible: its four corners and the "
+        "length of a side.",
         True,
         (Part.RECTANGLE,),
         _of_rectangle,

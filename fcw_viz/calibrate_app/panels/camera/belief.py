@@ -60,7 +60,7 @@ class BeliefControls:
         self._kind = kind
         self._value = desk.fields.add(gui, kind.label, kind.quantity, self._typed, hint=kind.hint)
         self._sigma = desk.fields.add(
-            gui, "±", kind.error, self._sigma_typed, hint="How uncertain it is: its standard deviation"
+            gui, "±", kind.error, self._sigma_typed, hint="Uncertainty, as a standard deviation"
         )
         self._used = gui.add_checkbox("Use it", True, visible=False)
         self._words = gui.add_html("")
@@ -105,7 +105,7 @@ def effect_words(effect: BeliefEffect | None, document: Document) -> str:
         return ""
     at = f"At {row_distance_text(EFFECT_DISTANCE_M, document.imperial)}"
     if not math.isfinite(effect.error_without):
-        return f"{at}: ± {percent_text(effect.error_with)} with it; without it nothing is determined."
+        return f"{at}: ± {percent_text(effect.error_with)} with it; without it, nothing is determined."
     moves = (
         "leaves that distance where it is"
         if abs(effect.shift) < UNMOVED

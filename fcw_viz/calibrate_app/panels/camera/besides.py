@@ -51,25 +51,29 @@ Read = TypeVar("Read")
 LANE_WIDTH_SIGMA_M = 0.1
 SPEED_SIGMA_MPS = 0.5
 KILOMETRES_PER_HOUR, MILES_PER_HOUR = 1 / 3.6, 1609.344 / 3600
-FIND_VEHICLES, FORGET_VEHICLES = "Take the vehicles ahead as rulers", "Forget the vehicles"
-LOOKING_WORDS = "Looking for vehicles; half a minute."
+FIND_VEHICLES, FORGET_VEHICLES = "Use the vehicles ahead as rulers", "Remove the vehicles"
+LOOKING_WORDS = "Looking for vehicles; this takes about half a minute."
 CLICK_EDGE = "Click along a straight edge"
 EDGE_HINT = "Shows whether the lens bends the picture, and how much"
 EDGE_WORDS = (
-    f"Click {FEWEST_PLACES} places or more along one thing that is straight: a pole, a wall, a bridge; best "
-    "far from the picture's middle. Esc when done."
+    f"Click {FEWEST_PLACES} or more places along something straight, such as a pole, a wall or a bridge, "
+    "preferably far from the middle of the picture. Press Esc when done."
 )
-NOT_USED = "Field of view and axis above are not used."
-IMPORT, FORGET_LENS, FORGET_EDGES = "Import a lens", "Forget the lens", "Forget the edges"
-LENS_WORDS = "camera_info, Kalibr or OpenCV, as YAML. Without one the picture is taken as free of distortion."
+NOT_USED = "The field of view and lens axis above are not used."
+IMPORT, FORGET_LENS, FORGET_EDGES = "Import a lens", "Remove the lens", "Remove the edges"
+LENS_WORDS = (
+    "camera_info, Kalibr or OpenCV, as YAML. Without a lens file, the picture is assumed to have no "
+    "distortion."
+)
 WIDE_RAD = math.radians(80.0)
 WIDE_WORDS = (
-    "A lens that sees so much usually bends lines, which the own lane's lines do not show: they bend by less "
-    "than a third of a pixel. Import the lens, or click along something straight at the picture's side."
+    "A lens with so wide a view usually bends lines. The lines of your own lane do not show it: they bend "
+    "by less than a third of a pixel. Import the lens, or click along something straight at the side of "
+    "the picture."
 )
 LARGEST_LENS_BYTES = 1_000_000
-SPEED_FILE = "Take the speed of a GPX or CSV file"
-SPEED_FILE_HINT = "A track that begins with the drive, or time_s and speed_mps; of the stretch looked at"
+SPEED_FILE = "Use the speed of a GPX or CSV file"
+SPEED_FILE_HINT = "A GPX track that begins with the drive, or a CSV file with time_s and speed_mps"
 
 
 class BesidesPanel:
@@ -83,7 +87,7 @@ class BesidesPanel:
             BeliefKind(
                 "lane_width",
                 "Lane width, m",
-                "From the middle of the left line to that of the right one; counts with both lane lines",
+                "From the middle of the left line to that of the right one; needs both lane lines",
                 WIDTH,
                 LENGTH_ERROR,
                 1.0,
@@ -98,7 +102,7 @@ class BesidesPanel:
             BeliefKind(
                 "speed",
                 "Mean speed, km/h",
-                "Over the stretch that the program looked at; it stands in for lens and height",
+                "Over the stretch that the program analysed; it can replace the lens and the height",
                 SPEED,
                 SPEED_ERROR,
                 KILOMETRES_PER_HOUR,
@@ -123,8 +127,8 @@ class BesidesPanel:
             for kind in (
                 BeliefKind(
                     "yaw",
-                    "Looks to the left, °",
-                    "Of the direction of travel; to the right below 0",
+                    "Yaw to the left, °",
+                    "From the direction of travel; negative: to the right",
                     TURN,
                     ANGLE_ERROR,
                     math.radians(1),
@@ -133,8 +137,8 @@ class BesidesPanel:
                 ),
                 BeliefKind(
                     "roll",
-                    "Tilted to the right, °",
-                    "The horizon falls to the left in the picture; to the left below 0",
+                    "Roll to the right, °",
+                    "The horizon then falls to the left in the picture; negative: to the left",
                     TILT,
                     ANGLE_ERROR,
                     math.radians(1),
@@ -221,13 +225,12 @@ class BesidesPanel:
         if look is None:
             self._desk.looks.horizon.start()
             raise UserError(
-                "the drive has not shown yet how fast the road goes by; it is looked at now: say the speed "
-                "when that is done"
+                "how fast the road goes by is still being measured; type the speed when that is done"
             )
         if look.scale_per_mps is None:
             raise UserError(
-                "the drive does not show how fast the road goes by: it is too plain, or too dark, or the car "
-                "stands; a speed says nothing here, so say the lens instead"
+                "the drive does not show how fast the road goes by: the road is too plain or too dark, or "
+                "the car stands still. A speed cannot help here; type the field of view instead"
             )
         return look
 
@@ -251,7 +254,7 @@ class BesidesPanel:
 def looked_words(document: Document, look: Look) -> str:
     """What came of a look for vehicles, and what else would do unless it is there."""
     if document.vehicles:
-        return f"{len(document.vehicles)} vehicles are taken as rulers."
+        return f"{len(document.vehicles)} vehicles are used as rulers."
     shown = document.horizon is not None or None not in document.lane_lines
     return look.words if shown or not look.instead else f"{look.words} {look.instead}"
 
@@ -280,7 +283,7 @@ def lens_words(lens: Lens) -> str:
     view_deg = math.degrees(2 * math.atan(lens.image_size.width / 2 / lens.focal_x_px))
     first = ", ".join(f"{value:.3g}" for value in lens.coefficients[:2])
     return (
-        f"Lens: {view_deg:.0f}° from side to side, axis at column {lens.column_px:.0f}, row "
+        f"Lens: field of view {view_deg:.0f}°, axis at column {lens.column_px:.0f}, row "
         f"{lens.row_px:.0f}, distortion {lens.model} {first}."
     )
 
@@ -289,7 +292,7 @@ def edge_words(places: int) -> str:
     """What the edge clicked last still needs."""
     if places < FEWEST_PLACES:
         return f"{places} of at least {FEWEST_PLACES} places along the edge."
-    return "What is clicked is straight in the world: where the lens bends it, a warning says so."
+    return "What you click must be straight in reality; if the lens bends it, a warning says so."
 
 
 def _dim(words: str) -> str:

@@ -23,14 +23,14 @@ from fcw_viz.page.controls import on_button, on_choice, on_press
 from fcw_viz.page.picture.lines import LabelledLine, LineOverlay, Place
 from fcw_viz.page.style import set_html, text_block
 
-LOOK = "Find the horizon in the drive"
-TAKE, TAKE_BOTH = "Take this horizon", "Take this horizon and yaw"
-LOOKING_WORDS = "Looking at the drive: {} pictures so far."
+LOOK = "Find the horizon from the drive"
+TAKE, TAKE_BOTH = "Use this horizon", "Use this horizon and yaw"
+LOOKING_WORDS = "Analysing the drive: {} pictures so far."
 DRAG_HORIZON = "Drag the horizon"
-FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove them"
+FIND_LINES, DRAW_LINES, CLEAR = "Find lane lines", "Draw lane lines", "Remove lines"
 HORIZON_WORDS = (
     "Drag the horizon to where a flat, straight road would end, or click there. "
-    "Its right end tilts the camera, the middle of the path turns it. Esc when done."
+    "Drag its right end to set the roll, the middle of the path to set the yaw. Press Esc when done."
 )
 LINE_WORDS = (
     "Click a point of the left lane marking, near the bottom of the picture.",
@@ -44,7 +44,7 @@ def proposal_lines(horizon: Gaussian, size: ImageSize) -> tuple[LabelledLine, ..
     """The horizon that the drive shows, to be seen before it is taken."""
     row_px = horizon.value
     ends = ((-0.5, row_px), (size.width - 0.5, row_px))
-    words = f"the drive's horizon  ±{horizon.sigma:.0f} px"
+    words = f"horizon from the drive  ±{horizon.sigma:.0f} px"
     places = tuple(Place(size.width * part, row_px, 0.0, -0.7) for part in (0.02, 0.3, 0.7))
     return (LabelledLine(ends, HORIZON_COLOR, words, places),)
 
@@ -64,7 +64,7 @@ class HorizonPanel:
         self._words = gui.add_html("")
         self._horizon = gui.add_button_group("", (DRAG_HORIZON,))
         self._lines = gui.add_button_group("", (FIND_LINES, DRAW_LINES, CLEAR))
-        self._lines_used = gui.add_checkbox("Use them", False, visible=False)
+        self._lines_used = gui.add_checkbox("Use lane lines", False, visible=False)
         self._lines_words = gui.add_html("")
         self._line_start: tuple[float, float] | None = None
         self._proposed = LineOverlay(desk.view, desk.client, "proposal", lambda: desk.overlay.label_areas)
@@ -131,7 +131,9 @@ class HorizonPanel:
         lines = propose_lane_lines(desk.pictures.read(desk.frame_index).image, camera)
         left, right = (Line(*line) for line in lines)
         desk.apply(EnableLaneLines(False), SetLaneLine(0, left), SetLaneLine(1, right))
-        desk.notify("Are these your lane's lines?", "If so, switch “Use them” on; else drag their ends.")
+        desk.notify(
+            "Are these the lines of your lane?", "If so, tick “Use lane lines”; if not, drag their ends."
+        )
 
     def _draw_lines(self) -> None:
         self._line_start = None

@@ -23,10 +23,10 @@ from fcw_viz.calibrate_app.quantities import ANGLE_ERROR, FIELD_OF_VIEW, ROW, RO
 from fcw_viz.page.controls import on_button, on_choice
 from fcw_viz.page.style import set_html, step_heading, text_block
 
-FIRST_WORDS = '<p class="dim">Each of these makes far distances better, or stands in for a point.</p>'
-DATA_SHEET = "By its data sheet"
-FIND_VIEW, TAKE_VIEW = "Find it in the drive's turns", "Take this field of view"
-LOOKING_WORDS = "Looking at the drive's turns: {} pictures so far."
+FIRST_WORDS = '<p class="dim">Each of these makes far distances more accurate, or replaces a point.</p>'
+DATA_SHEET = "From its data sheet"
+FIND_VIEW, TAKE_VIEW = "Find the field of view from turns", "Use this field of view"
+LOOKING_WORDS = "Analysing the drive's turns: {} pictures so far."
 
 
 class LensPanel:
@@ -36,7 +36,7 @@ class LensPanel:
         self._desk = desk
         height_px = desk.pictures.image_size.height
         self._heading = gui.add_html("")
-        self._more = gui.add_checkbox("Say more", False, hint="The lens, the horizon, two lane lines")
+        self._more = gui.add_checkbox("More inputs", False, hint="Lens, horizon, lane lines and more")
         self._opened: bool | None = None
         self._folder = gui.add_folder(None)
         with self._folder:
@@ -44,7 +44,9 @@ class LensPanel:
             self._typical = gui.add_dropdown(
                 "Kind of camera",
                 (DATA_SHEET, *(typical.name for typical in TYPICAL_LENSES)),
-                hint="Where you have no data sheet: what cameras of that kind see, with a wider interval",
+                hint=(
+                    "If you have no data sheet: the usual view of that kind of camera, with a wider interval"
+                ),
             )
             self._view = BeliefControls(
                 gui,
@@ -52,7 +54,7 @@ class LensPanel:
                 BeliefKind(
                     "field_of_view",
                     "Field of view, °",
-                    "Of the whole picture from left to right, as the lens's data sheet has it",
+                    "Horizontal, of the whole picture, as in the lens's data sheet",
                     FIELD_OF_VIEW,
                     ANGLE_ERROR,
                     math.radians(1),
@@ -80,7 +82,7 @@ class LensPanel:
                     BeliefKind(
                         "principal_row",
                         "Lens axis, row",
-                        f"Where the lens looks: {(height_px - 1) / 2:g}, unless the picture was cropped",
+                        f"Row of the optical axis: {(height_px - 1) / 2:g}, unless the picture was cropped",
                         ROW,
                         ROW_ERROR,
                         1.0,
@@ -102,7 +104,7 @@ class LensPanel:
         said = document.field_of_view is not None and (
             document.horizon is not None or state.solution.lane_horizon is not None
         )
-        note = "" if needed else "if you like"
+        note = "" if needed else "optional"
         mark = "done" if said else "now" if needed and document.height_m is not None else ""
         set_html(self._heading, step_heading(4, "Lens and horizon", mark, note))
         opened = needed or _anything_said(document) if self._opened is None else self._opened

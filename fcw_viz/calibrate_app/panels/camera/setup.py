@@ -17,8 +17,10 @@ CAMERA, BUMPER = "the camera", "the front bumper"
 METRES, FEET = "metres", "feet"
 MEASURED = "I measured it"
 HEIGHT_WORDS = "From the road to the lens. It sets pitch and the sizes of vehicles, not distances."
-SCALE_WORDS = "From the road to the lens. Without taped points every distance is proportional to it."
-SIZED_WORDS = "From the road to the lens. It follows from the rest; measured, it makes all distances better."
+SCALE_WORDS = "From the road to the lens. Without measured points, every distance is proportional to it."
+SIZED_WORDS = (
+    "From the road to the lens. It follows from the rest; measuring it makes all distances more accurate."
+)
 BUMPER_WORDS = '<p class="dim">How far the front bumper is ahead of the lens.</p>'
 
 
@@ -31,7 +33,7 @@ class SetupPanel:
         self._typical = gui.add_dropdown(
             "Vehicle",
             (MEASURED, *(typical.name for typical in TYPICAL_HEIGHTS)),
-            hint="Where you cannot measure: the height in a vehicle of that kind, with a wider interval",
+            hint="If you cannot measure: the usual height in that kind of vehicle, with a wider interval",
         )
         self._height = desk.fields.add(gui, "Camera height", HEIGHT, self._height_typed)
         self._sigma = desk.fields.add(
@@ -39,11 +41,11 @@ class SetupPanel:
             "Height ±",
             LENGTH_ERROR,
             self._sigma_typed,
-            hint="How uncertain it is: its standard deviation",
+            hint="Uncertainty, as a standard deviation",
         )
         self._height_words = gui.add_html("")
         self._reference = gui.add_dropdown(
-            "Measured from", (CAMERA, BUMPER), hint="Where the distances that you typed start"
+            "Measured from", (CAMERA, BUMPER), hint="Where the distances that you type start"
         )
         self._bumper_words = gui.add_html(text_block(BUMPER_WORDS), visible=False)
         self._offset = desk.fields.add(

@@ -15,10 +15,11 @@ from fcw_viz.page.controls import on_choice, on_press
 from fcw_viz.page.style import set_html, step_heading, text_block
 
 TITLE = "Number plates"
-OTHER, REMOVE = "Another width", "Remove the last one"
+OTHER, REMOVE = "Other width", "Remove the last"
 WORDS = (
-    "Of a vehicle seen from straight behind, click both ends of its plate, then where a rear tyre meets the "
-    "road. Zoom in: a plate is small. Take near ones and far ones, also of several pictures of the clip."
+    "On a vehicle seen from straight behind, click both ends of its plate, then where a rear tyre meets "
+    "the road. Zoom in: plates are small. Use near and far vehicles, also from several pictures of the "
+    "clip."
 )
 
 

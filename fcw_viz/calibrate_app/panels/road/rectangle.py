@@ -25,15 +25,17 @@ from fcw_viz.page.style import set_html, step_heading, text_block
 
 TITLE = "Rectangle on the road"
 MEASURED = "I measured it"
-ANOTHER, REMOVE = "Another one", "Remove it"
+ANOTHER, REMOVE = "Add another", "Remove rectangle"
 CORNER_WORDS = (
-    "Click the four corners in turn, each at the same edge of the paint: of a parking bay, a field of a "
-    "crossing. The larger and nearer it is, the better."
+    "Click the four corners in turn, each at the same edge of the paint, for example of a parking bay or "
+    "a field of a crossing. The larger and nearer, the better."
 )
-SIDE_WORDS = "One side is enough. With none, the camera's height says how large everything is."
+SIDE_WORDS = "One side is enough. Without any, the camera height sets the scale."
 SIDE_NAMES = ("Side 1–2", "Side 2–3")
-ALONG = "Lies along the road"
-ALONG_HINT = "Its sides lie along and across the direction of travel, as a crossing's do: that tells the yaw"
+ALONG = "Aligned with road"
+ALONG_HINT = (
+    "Its sides lie along and across the direction of travel, as those of a crossing do. This gives the yaw"
+)
 
 
 class RectanglePanel:
@@ -45,15 +47,17 @@ class RectanglePanel:
         self._heading = gui.add_html("")
         self._words = gui.add_html("")
         self._kind = gui.add_dropdown(
-            "What it is",
+            "Size from",
             (MEASURED, *(preset.name for preset in RECTANGLE_PRESETS)),
-            hint="By a country's rule where you cannot measure it, with the error that it is painted with",
+            hint=(
+                "The size by a country's rule, if you cannot measure it; allows for how exactly it is painted"
+            ),
         )
         self._sides: list[NumberField] = []
         self._sigmas: list[NumberField] = []
         for k, name in enumerate(SIDE_NAMES):
             self._sides.append(desk.fields.add(gui, name, SIDE, partial(self._typed, k)))
-            hint = "How uncertain it is: its standard deviation"
+            hint = "Uncertainty, as a standard deviation"
             self._sigmas.append(desk.fields.add(gui, "±", LENGTH_ERROR, partial(self._sigma_typed, k), hint))
         self._along = gui.add_checkbox(ALONG, False, hint=ALONG_HINT)
         self._found = gui.add_html("")
@@ -78,7 +82,7 @@ class RectanglePanel:
         chosen = way is not None and way.key == RECTANGLE
         clicked = 0 if last is None else len(last.corners_px)
         whole, shown = clicked == CORNERS, chosen or last is not None
-        note = f"{len(document.rectangles)} of them" if len(document.rectangles) > 1 else ""
+        note = f"{len(document.rectangles)} rectangles" if len(document.rectangles) > 1 else ""
         note = note if whole else f"{clicked} of {CORNERS} corners"
         heading = step_heading(2, TITLE, "done" if whole else "now", note)
         set_html(self._heading, heading if shown else "")
@@ -165,4 +169,4 @@ def found_words(calibration: Calibration, rectangle: GroundRectangle, imperial: 
     lengths_m = np.linalg.norm(np.roll(ground, -1, axis=0) - ground, axis=1)
     first, second = (in_units(float(lengths_m[[k, k + 2]].mean()), imperial) for k in (0, 1))
     height, unit = in_units(calibration.camera.height_m, imperial), unit_name(imperial)
-    return f"It comes out as {first:.2f} by {second:.2f} {unit}, the camera {height:.2f} {unit} high."
+    return f"Result: {first:.2f} by {second:.2f} {unit}, camera height {height:.2f} {unit}."

@@ -66,7 +66,7 @@ def test_the_page_asks_for_what_comes_next_until_the_camera_is_there():
     assert camera.height_m == pytest.approx(1.3, rel=0.02)
     assert camera.pitch_rad == pytest.approx(0.05, abs=0.005)
     words = found_words(solution.result.calibration, said(*WHOLE).rectangles[0], imperial=False)
-    assert words == "It comes out as 2.50 by 5.00 m, the camera 1.30 m high."
+    assert words == "Result: 2.50 by 5.00 m, camera height 1.30 m."
 
 
 def test_only_in_its_way_and_until_it_is_whole_a_click_is_a_corner():
