@@ -46,7 +46,7 @@ def _select(desk: Desk, number: int) -> None:
 
 HELP_ROWS = (
     ("Click", "add a point; drag it to move it"),
-    ("1 … 9", "select a point, like a click on it or its row"),
+    ("1 … 9", "select a point; or click it or its row"),
     ("Arrows", "move it by 0.1 px, with Shift by 1 px"),
     ("D", "type its distance; Enter leaves the field"),
     ("O, Delete", "switch it on or off; delete it"),

@@ -147,7 +147,7 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     words = (
         f"By the drive's {_sources(seen)}, the horizon is at row {horizon.value:.0f} ± {horizon.sigma:.0f}"
     )
-    words += "." if yaw_rad is None else f", and the camera looks {_turn_words(yaw_rad)}."
+    words += "." if yaw_rad is None else f", and the yaw is {_turn_words(yaw_rad)}."
     if seen.travel_px is None:
         words += " Does a flat road end there? If not, drag it."
     if found.piece_words:
