@@ -114,8 +114,8 @@ def main(arguments: list[str] | None = None) -> int:
         if str(error) != NO_THREAD:
             raise
         sys.stderr.write(
-            "fcw: the system starts no more threads; close other programs, or raise the limits of memory "
-            "(ulimit -v) and of processes (ulimit -u)\n"
+            "fcw: the system cannot start more threads; close other programs, or raise the limits of "
+            "memory (ulimit -v) and of processes (ulimit -u)\n"
         )
         return EXIT_WRONG_INPUT
     except OSError as error:
@@ -149,7 +149,7 @@ def _check_given_once(arguments: list[str]) -> None:
     twice = {one for one, times in Counter(given).items() if times > 1 and one.startswith("--")}
     for option in twice.intersection(_options_of_several(Command)):
         raise UserError(
-            f"{option}: given {given.count(option)} times; give it once, and all its values after it"
+            f"{option}: given {given.count(option)} times; give it once, with all its values after it"
         )
 
 
@@ -178,7 +178,10 @@ def _of_system(error: OSError) -> str:
     """What the operating system refused, in its own words: a full disk, a name too long, no more files."""
     place = f"{error.filename!s}: " if error.filename else ""
     reason = error.strerror or str(error)
-    return f"{place}{reason}; mend that (room on the disk? leave to write? a shorter name?) and run again"
+    return (
+        f"{place}{reason}; correct that (room on the disk? permission to write? a shorter name?) and run "
+        "again"
+    )
 
 
 if __name__ == "__main__":

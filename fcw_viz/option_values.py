@@ -49,11 +49,11 @@ def path_of(option: str, text: str) -> Path:
         UserError: it is empty, as of a variable that is not set and would be the current folder; or `-`.
     """
     if not text:
-        raise UserError(f'{option} "": expected a file or folder; the one that you are in is .')
+        raise UserError(f'{option} "": expected a file or folder; the current folder is .')
     if text == "-":
         raise UserError(
-            f"{option} -: standard input and output are not used; expected a file or folder "
-            "(./- is one of that name)"
+            f"{option} -: standard input and output are not supported; expected a file or folder (./- is a "
+            "file named -)"
         )
     return Path(text)
 

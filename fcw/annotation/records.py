@@ -147,7 +147,7 @@ class Note:
         if not abs(self.time_s) <= LONGEST_DRIVE_S:
             raise UserError(f"note at {self.time_s:g} s: expected a moment of the drive")
         if not self.text.strip():
-            raise UserError("note: it says nothing; write something first")
+            raise UserError("note: it is empty; write something first")
 
 
 class View(Enum):

@@ -220,12 +220,12 @@ class ReviewStore:
             raise _cannot_write(path, error) from error
         if file is None:
             raise UserError(
-                f"{path}: another `fcw review` writes to this file; say it there, or stop that one first"
+                f"{path}: another `fcw review` writes to this file; add it there, or stop that one first"
             )
         try:
             content = _read_file(path, self._digest)
             if content.whole_bytes is None:
-                raise UserError(f"{content.troubles[0]}; move it away to say something of this drive")
+                raise UserError(f"{content.troubles[0]}; move it away to add something about this drive")
             file.cut(content.whole_bytes)
             if content.whole_bytes == 0:
                 file.append(_line({VERSION_FIELD: FORMAT_VERSION, "log": self._digest}))
@@ -286,7 +286,7 @@ def _read_file(path: Path, digest: str) -> _Content:
     if header.get("log") != digest:
         troubles.append(
             f"{path}: was written for an earlier run of this drive; vehicle numbers and boxes may be "
-            "different now, so check what it says of them"
+            "different now, so check what it says about them"
         )
     for number, line in enumerate(lines[1:], 2):
         try:
@@ -331,6 +331,6 @@ def _file_prefix(log_path: Path) -> str:
 
 def _cannot_write(path: Path, error: OSError) -> UserError:
     return UserError(
-        f"{path}: cannot be written ({error.strerror}), so nothing was changed; "
-        "mend that (a full disk, a folder without leave to write?) and do it again"
+        f"{path}: cannot be written ({error.strerror}), so nothing was changed; correct that (a full disk? "
+        "a folder without permission to write?) and do it again"
     )

@@ -47,7 +47,8 @@ BATCH_EVENT_COLUMNS: tuple[Column[_Event], ...] = (
         "verdict",
         "string",
         "",
-        "right, too early, too late or false as all who judged it say, disagreed, or empty where nobody did",
+        "right, too early, too late or false if all who judged it agree; disagreed if they do not; empty "
+        "if nobody judged it",
         lambda told: told.verdict,
     ),
     Column(
@@ -66,10 +67,10 @@ BATCH_EVENT_COLUMNS: tuple[Column[_Event], ...] = (
         "log_offset",
         "int64",
         "",
-        "first byte of drive.mcap that holds the event, so that it can be fetched alone",
+        "offset in drive.mcap of the first byte of the event, so that it can be fetched alone",
         lambda told: told.log_span[0],
     ),
-    Column("log_bytes", "int64", "", "number of bytes from there on", lambda told: told.log_span[1]),
+    Column("log_bytes", "int64", "", "number of bytes from that offset on", lambda told: told.log_span[1]),
     Column(
         "latitude_deg",
         "float64",
@@ -106,7 +107,7 @@ DRIVE_COLUMNS: tuple[Column[Record], ...] = (
         "seen_s",
         "float64",
         "s",
-        "of that, for how long something could be seen, and a warning could come",
+        "the part of that in which something could be seen, so that a warning was possible",
         lambda record: record.duration_s - record.unseen_s,
     ),
     Column("events", "int64", "", "of every kind", lambda record: record.events),
@@ -116,7 +117,7 @@ DRIVE_COLUMNS: tuple[Column[Record], ...] = (
         "notes",
         "string",
         "",
-        "what to know of it, as that a part of its file is damaged; empty where there is nothing",
+        "notes on the drive, e.g. that a part of its file is damaged; empty where there are none",
         lambda record: NOTE_SEPARATOR.join(record.notes) or None,
     ),
 )

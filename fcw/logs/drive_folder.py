@@ -73,7 +73,7 @@ def drive_folder(out: Path, inputs: Iterable[Path]) -> Iterator[None]:
             again = earlier is not None and _bring_back(out, earlier)
             if not kept or not isinstance(error, UserError):
                 raise
-            told = f"what there is of this drive is {out / FAILED_MCAP_NAME}"
+            told = f"what was written of this drive is {out / FAILED_MCAP_NAME}"
             if again:
                 told += f", and {out / MCAP_NAME} is the earlier one again"
             raise UserError(f"{error}; {told}") from error

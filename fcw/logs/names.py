@@ -40,5 +40,5 @@ def mcap_path(drive: Path) -> Path:
         return drive
     log, failed = drive / MCAP_NAME, drive / FAILED_MCAP_NAME
     if failed.is_file() and not log.exists():
-        raise UserError(f"{drive}: its run failed; name what there is of the drive: {failed}")
+        raise UserError(f"{drive}: its run failed; name what it left of the drive: {failed}")
     return log

@@ -60,13 +60,13 @@ def reason(state: WarningState, imperial: bool = False) -> str:
         end = f"would stay only {distance_text(spare_m, imperial)} clear"
         if spare_m < 0:
             end = f"are {distance_text(-spare_m, imperial)} too close"
-        return f"{text}, with {assumes} you {end}"
+        return f"{text}, because with {assumes} you {end}"
     if state.rule == "rss" and needed_m is not None:
-        return f"{text} of {distance_text(needed_m, imperial)}, {assumes}"
+        return f"{text} of {distance_text(needed_m, imperial)}, for {assumes}"
     limit = "more than" if state.rule == "required_deceleration" else "less than"
     if needed_m is not None and state.distance_m is not None and state.distance_m > needed_m:
         # By its means it is not: it was, or it may be by what is uncertain.
-        limit = f"{'lately' if state.rule == 'headway' else 'perhaps'} {limit}"
+        limit = f"{'recently' if state.rule == 'headway' else 'perhaps'} {limit}"
     return f"{text}, {limit} {assumes}"
 
 

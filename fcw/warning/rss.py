@@ -44,7 +44,7 @@ class RssRule:
         braking_g, lead_g = (
             mps2 / STANDARD_GRAVITY_MPS2 for mps2 in (OWN_BRAKING_MPS2, self.lead_braking_mps2)
         )
-        return f"{self.response_s:.1f} s to react and {braking_g:.2f} g if it brakes with {lead_g:.2f} g"
+        return f"{self.response_s:.1f} s to react and {braking_g:.2f} g if it brakes at {lead_g:.2f} g"
 
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
         """See `Rule`."""

@@ -94,14 +94,14 @@ def print_comparison(comparison: "SimulatedComparison", console: "Console") -> N
         if due.warned_s is None:
             verdict = "never came"
         elif due.in_window:
-            verdict = f"came at {due.warned_s:.2f} s, {due.due_s - due.warned_s:.2f} s before that ends"
+            verdict = f"came at {due.warned_s:.2f} s, {due.due_s - due.warned_s:.2f} s before the end"
         else:
             off_s = max(due.earliest_s - due.warned_s, due.warned_s - due.due_s)
             verdict = f"came at {due.warned_s:.2f} s, {off_s:.2f} s too {'early' if due.in_time else 'late'}"
         window = f"{due.earliest_s:.2f} to {due.due_s:.2f} s"
-        table.add_row(f'warning of "{due.vehicle}", right from {window}', verdict)
+        table.add_row(f'warning of "{due.vehicle}", due from {window}', verdict)
     table.add_row(
-        "warnings nobody needed",
+        "unneeded warnings",
         str(sum(warning.level == WarningLevel.WARNING for warning in comparison.needless))
         + f"; of oncoming vehicles: {comparison.warnings_of_oncoming}",
     )

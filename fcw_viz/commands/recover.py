@@ -48,7 +48,7 @@ def report_text(report: "RecoveryReport", path: Path, out: Path) -> str:
     frames = counted(report.frames, "frame")
     held = f"{frames}, {report.duration_s:.2f} s, {report.pictures} of them with a picture"
     if not report.written:
-        return f"{path}: {held}; it is whole: nothing was lost, and nothing was written"
+        return f"{path}: {held}; the log is complete: nothing was lost, and nothing was written"
     text = f"{out}: {held}"
     if report.damaged_chunks:
         text += f"; {report.damaged_chunks} damaged parts of {path.name} were left out"

@@ -172,8 +172,8 @@ def _useless(found: int, vehicles: int, held_out_rate: float | None) -> str:
         held_out_rate: part that was found in pictures held out; None where that was not measured.
     """
     mend = (
-        "do not use it: see that boxes and calibrations fit the pictures, and label more pictures, "
-        "of several drives"
+        "do not use it: check that boxes and calibrations fit the pictures, and label more pictures, of "
+        "several drives"
     )
     if vehicles and not found:
         also = ", and none in those held out" if held_out_rate == 0 else ""

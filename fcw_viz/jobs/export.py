@@ -116,8 +116,8 @@ def _check(job: ExportJob) -> None:
     others = [name for name, one in SUFFIXES.items() if one == suffix]
     if others and job.format not in others and not job.out.is_dir():
         raise UserError(
-            f"--out {job.out} --format {job.format}: {suffix} is of {' and '.join(others)}; "
-            f"expected a folder or {SUFFIXES[job.format]}"
+            f"--out {job.out} --format {job.format}: {suffix} is for {' and '.join(others)}; expected a "
+            f"folder or {SUFFIXES[job.format]}"
         )
     if job.every < 1:
         raise UserError(f"--every {job.every}: expected a whole number of at least 1")
@@ -137,7 +137,7 @@ def _clips(job: ExportJob, drives: dict[str, Path], note: Callable[[str], None])
         if not clip.log.complete:
             recovered = recovered_log(path)
             note(
-                f"{path}: its writer was stopped early: exported up to the damage, at "
+                f"{path}: the run that wrote it was stopped early: exported up to the damage, at "
                 f"{clip.log.series().duration_s:.1f} s; "
                 + (
                     "`fcw recover` repairs the log"
@@ -278,7 +278,10 @@ def _write_one(
         count = write_overlay_mp4(target, clip, painter.paint, on_frame)
         if count < len(clip.times_ns):
             lost = counted(len(clip.times_ns) - count, "frame")
-            note(f"{clip.log.path}: the pictures of the last {lost} were lost when its writer was stopped")
+            note(
+                f"{clip.log.path}: the pictures of the last {lost} were lost when the run that wrote it was "
+                "stopped"
+            )
         return f"{target}: {counted(count, 'picture')}"
     clip, earlier_s = with_its_keyframe(clip)
     if earlier_s:

@@ -177,7 +177,7 @@ def test_a_verdict_whose_event_is_gone_is_given_back_and_not_dropped():
         (lambda: MissedEvent(0, 1, "", WarningLevel.NONE), "expected the level of the warning that was due"),
         (lambda: replace(RIGHT, reason=Reason.ONCOMING), "'oncoming vehicle' is no reason for it"),
         (lambda: replace(FALSE, reason=Reason.FOUND_LATE), "verdict 'false': 'vehicle was found late'"),
-        (lambda: Note(1, " "), "note: it says nothing"),
+        (lambda: Note(1, " "), "note: it is empty"),
         (lambda: MissedEvent(0, 1e308, ""), "expected an end not before the start, in the drive"),
         (lambda: Note(float("inf"), "a"), "expected a moment of the drive"),
         (lambda: Note(1e308, "a"), "expected a moment of the drive"),

@@ -251,7 +251,7 @@ def test_a_file_that_is_no_review_or_of_another_version_is_told_and_left_alone(l
     path.write_text(text)
     store = ReviewStore(log)
     assert message in store.troubles[0]
-    with pytest.raises(UserError, match=r"move it away to say something of this drive") as error:
+    with pytest.raises(UserError, match=r"move it away to add something about this drive") as error:
         store.add("Ann", RIGHT)
     assert str(path) in str(error.value)
     assert path.read_text() == text

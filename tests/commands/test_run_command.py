@@ -239,7 +239,7 @@ def test_a_log_that_may_not_grow_ends_the_run_with_a_message_and_keeps_the_begin
     assert not (out / "summary.json").exists()
     assert not (out / "drive.rrd").exists()
     assert not (out / "drive.mcap").exists()  # nobody takes it for a whole drive
-    assert f"what there is of this drive is {out / 'failed-drive.mcap'}" in " ".join(told.split())
+    assert f"what was written of this drive is {out / 'failed-drive.mcap'}" in " ".join(told.split())
     results = list(DriveLog(out / "failed-drive.mcap").results())  # the beginning is not lost
     assert [result.index for result in results] == list(range(len(results)))
     assert len(results) < DEMO_FRAMES

@@ -48,4 +48,4 @@ def test_a_thread_that_cannot_be_started_is_one_message(
     monkeypatch.setattr(threading.Thread, "start", refused)
     assert cli.main(["run", "drive.mp4"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("fcw: the system starts no more threads")
+    assert line.startswith("fcw: the system cannot start more threads")

@@ -89,8 +89,8 @@ def test_the_message_of_a_failed_run_says_where_its_log_is_and_where_the_earlier
     an_earlier_drive(tmp_path)
     assert fail(tmp_path, None) == "a picture is damaged"
     assert fail(tmp_path, MCAP) == (
-        f"a picture is damaged; what there is of this drive is {tmp_path / 'failed-drive.mcap'}, "
-        f"and {tmp_path / 'drive.mcap'} is the earlier one again"
+        f"a picture is damaged; what was written of this drive is {tmp_path / 'failed-drive.mcap'}, and "
+        f"{tmp_path / 'drive.mcap'} is the earlier one again"
     )
 
 
@@ -98,12 +98,12 @@ def test_nobody_takes_what_a_first_run_left_that_failed_for_a_whole_drive(tmp_pa
     out = tmp_path / "out"
     failed = out / "failed-drive.mcap"
     assert fail(out, None) == "a picture is damaged"
-    assert fail(out, MCAP) == f"a picture is damaged; what there is of this drive is {failed}"
+    assert fail(out, MCAP) == f"a picture is damaged; what was written of this drive is {failed}"
     assert names(out) == {"failed-drive.mcap"}
     with pytest.raises(UserError, match=f"no drive.mcap .*{re.escape(str(failed))} of a run that failed"):
         find_drives([out])
     assert find_drives([failed]) == {"failed-drive": failed.resolve()}
-    with pytest.raises(UserError, match=f"name what there is of the drive: {re.escape(str(failed))}"):
+    with pytest.raises(UserError, match=f"name what it left of the drive: {re.escape(str(failed))}"):
         mcap_path(out)
     assert mcap_path(failed) == failed
 

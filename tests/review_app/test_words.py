@@ -86,7 +86,7 @@ def test_a_warned_vehicle_that_is_lost_keeps_its_figures_and_the_threat_is_told(
         extrapolated=True,
     )
     said = dict(why(replace(one, tracks=(), warning=state), False))
-    assert said["Rule"] == "braking is due, with 1.2 s to react and 0.40 g you are 2.0 m too close"
+    assert said["Rule"] == "braking is due, because with 1.2 s to react and 0.40 g you are 2.0 m too close"
     assert said["Vehicle"] == "#7, not seen any more; extrapolated figures"
     assert (said["Distance"], said["Closing"], said["Collision in"]) == ("13.0 m", "36 km/h", "1.3 s")
     assert (said["Braking needed"], said["Overlap"]) == ("0.40 g", "0.9 m")

@@ -18,8 +18,9 @@ def test_description_gives_level_reason_vehicle_interval_and_figures():
     # At 10 m/s: 12 m of reaction and 100 / (2 * 3.92266) = 12.75 m of braking; of 18 m 6.7 are missing.
     state = shown(make_lead(18.0, 10.0, track_id=4, spread=0.05))
     assert describe(state) == (
-        "warning: braking is due, with 1.2 s to react and 0.40 g you are 6.7 m too close; vehicle 4 at 18.0 "
-        "m (17.1 m to 18.9 m), closing at 36 km/h, collision in 1.8 s, needs 0.28 g, headway 0.9 s"
+        "warning: braking is due, because with 1.2 s to react and 0.40 g you are 6.7 m too close; vehicle "
+        "4 at 18.0 m (17.1 m to 18.9 m), closing at 36 km/h, collision in 1.8 s, needs 0.28 g, headway 0.9 "
+        "s"
     )
     assert "59 ft (56 ft to 62 ft), closing at 22 mph" in describe(state, imperial=True)
     assert describe(WarningState(WarningLevel.NONE)) == "no warning"
@@ -36,7 +37,7 @@ def test_what_is_left_behind_the_vehicle_is_said_where_there_is_some():
     # At 5 m/s 6 m of reaction and 3.19 m of braking; 10 % of 10 m is uncertain, 1.65 times that is 1.65 m.
     state = shown(make_lead(10.0, 5.0, spread=0.1))
     assert state.level == WarningLevel.WARNING
-    assert "with 1.2 s to react and 0.40 g you would stay only 0.8 m clear" in describe(state)
+    assert "because with 1.2 s to react and 0.40 g you would stay only 0.8 m clear" in describe(state)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +53,7 @@ def test_what_is_left_behind_the_vehicle_is_said_where_there_is_some():
         (
             "rss",
             make_lead(19.0, 0.0),
-            "closer than the safe distance of 20 m, 1.0 s to react and 0.41 g if it",
+            "closer than the safe distance of 20 m, for 1.0 s to react and 0.41 g if it",
         ),
     ],
 )
@@ -68,7 +69,7 @@ def test_what_is_only_perhaps_so_or_was_so_is_not_said_to_be():
     policy, own_mps = make_policy(), 25.0
     for at_ns, distance_m in ((0, 14.0), (10**9, 14.0), (3 * 10**9, 17.0)):
         state = policy.update(at_ns, threats_of_lead(make_lead(distance_m, 0.0), own_mps), own_mps)
-    assert "following too closely, lately less than 0.6 s; " in describe(state)
+    assert "following too closely, recently less than 0.6 s; " in describe(state)
     assert "headway 0.7 s" in describe(state)
 
 

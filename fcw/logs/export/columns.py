@@ -225,8 +225,8 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "seen_by",
         "string",
         "",
-        "source of its position: detector, picture (tracked by its appearance) or coasting; in a frame that "
-        "was not searched, that of the last one that was",
+        "source of its position: detector, picture (tracked by its appearance) or coasting; in a frame "
+        "that was not searched, the source in the last searched one",
         lambda row: None if row.track is None else row.track.seen_by.value,
     ),
     _of_track("coasting", "bool", "", "whether neither the detector nor the picture showed it"),
@@ -258,13 +258,13 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
         "lateral_slowing_mps2",
         "float64",
         "m/s^2",
-        "by how much its own motion across the road slows at least; 0 where that is not known",
+        "least deceleration of its own motion across the road; 0 where unknown",
     ),
     _of_track(
         "lateral_speed_by_bearing_mps",
         "float64",
         "m/s",
-        "lateral_speed_mps by how its bearing changes; empty where our turning is not known",
+        "lateral_speed_mps as measured by the change of its bearing; empty where the own yaw rate is unknown",
     ),
     _of_track(
         "lateral_speed_by_bearing_sigma_mps",
@@ -314,7 +314,7 @@ EVENT_COLUMNS: tuple[Column[EventRow], ...] = (
         "note",
         "string",
         "",
-        "what was said of a mount that moved, of a time in which too little can be seen, or of a cut",
+        "the note about a mount that moved, a time in which too little can be seen, or a cut",
         lambda row: row.event.note or None,
     ),
 )

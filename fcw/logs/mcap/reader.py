@@ -93,18 +93,17 @@ class DriveLog:
             for topic in (mcap.RESULT_TOPIC, mcap.VIDEO_TOPIC)
         )
         return (
-            f"{torn}; signals can be read up to {signals_s:.2f} s, pictures up to {pictures_s:.2f} s. "
-            f"Lost is what came after: at most {mcap.SIGNALS_CHUNK_NS / NS_PER_S:g} s of signals and "
-            f"{mcap.PICTURES_CHUNK_NS / NS_PER_S:g} s of pictures. "
-            f"{self._recovery}",
+            f"{torn}; signals can be read up to {signals_s:.2f} s, pictures up to {pictures_s:.2f} s. What "
+            f"came after is lost: at most {mcap.SIGNALS_CHUNK_NS / NS_PER_S:g} s of signals and "
+            f"{mcap.PICTURES_CHUNK_NS / NS_PER_S:g} s of pictures. {self._recovery}",
         )
 
     @property
     def _recovery(self) -> str:
         """How there is a whole log, or that there is one."""
         if (recovered := recovered_log(self.path)) is not None:
-            return f"{recovered} is the whole log that was made of it"
-        return f"`fcw recover {quote(str(self.path))}` makes a whole log of it"
+            return f"{recovered} is the complete log recovered from it"
+        return f"`fcw recover {quote(str(self.path))}` makes a complete log of it"
 
     @cached_property
     def chunks(self) -> ChunkTable:

@@ -75,7 +75,7 @@ def recover(path: Path, out: Path, progress: Callable[[float], None] = lambda pa
                 progress(number / len(chunks))
             copy.finish(log.gathered_series().to_bytes())
         if not copy.counts.get(mcap.RESULT_TOPIC):
-            raise UserError(f"{path}: not a frame of this log can be read; run the drive again")
+            raise UserError(f"{path}: no frame of this log can be read; run the drive again")
         _check(partial, copy.counts)
         return _report(log, DriveLog(partial), copy.damaged_chunks, written=True)
 

@@ -82,7 +82,7 @@ def picture_topic(file: McapFile, name: str | None) -> Topic:
         elif found in readable:
             return found
         else:
-            no_pictures = f"a topic of {found.type}, which are no pictures"
+            no_pictures = f"a topic of {found.type}, which is not a type of pictures"
             what = _unreadable(found) if found in pictures else no_pictures
         has = f"expected one of: {'; '.join(map(str, readable))}" if readable else "the file has no other"
         raise UserError(f"{file.path}: --topic {name}: {what}; {has}")

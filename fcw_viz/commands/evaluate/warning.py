@@ -353,10 +353,11 @@ def _mounts(command: EvaluateWarningCommand, console: "Console") -> dict[str, An
     delays_s = sorted(delay_s for delay_s in result.delays_s if delay_s is not None)
     in_time = sum(delay_s <= MOUNT_ASKED_S for delay_s in delays_s)
     console.print(
-        f"mount turned by 0.5 degrees in {len(result.delays_s)} drives: said within {MOUNT_ASKED_S:.0f} s in "
-        f"{in_time}, within {AFTER_S:.0f} s in {len(delays_s)}, too early in {result.said_too_early}\n"
-        f"after: {', '.join(f'{delay_s:.0f}' for delay_s in delays_s)} s\n"
-        f"not turned: said in {result.false_alarms} drives of {result.silent_hours:g} hours",
+        f"mount turned by 0.5 degrees in {len(result.delays_s)} drives: reported within "
+        f"{MOUNT_ASKED_S:.0f} s in {in_time}, within {AFTER_S:.0f} s in {len(delays_s)}, too early in "
+        f"{result.said_too_early}\n"
+        f"delays: {', '.join(f'{delay_s:.0f}' for delay_s in delays_s)} s\n"
+        f"not turned: reported in {result.false_alarms} drives of {result.silent_hours:g} hours",
         highlight=False,
     )
     return {"mount": asdict(result), "false_alarms": result.false_alarms + result.said_too_early}

@@ -246,7 +246,7 @@ def test_a_log_whose_writer_was_killed_is_exported_with_a_note(entries, header, 
     (tmp_path / "drive.mcap").write_bytes((tmp_path / "writing.mcap").read_bytes())
     sink.close()
     assert export(tmp_path / "drive.mcap", "--format", "csv", "--out", tmp_path / "t.csv") == 0
-    assert "drive.mcap: its writer was stopped early" in capsys.readouterr().err
+    assert "drive.mcap: the run that wrote it was stopped early" in capsys.readouterr().err
     assert 45 <= len(pd.read_csv(tmp_path / "t.csv")) <= FRAMES
     assert export(tmp_path / "drive.mcap", "--format", "mp4", "--out", tmp_path / "o.mp4") == 0
     assert "`fcw recover`" in capsys.readouterr().err

@@ -33,7 +33,7 @@ def test_options_that_make_no_sense_give_one_message(drives, tmp_path, capsys, o
 def test_a_file_of_another_format_is_refused(drives, tmp_path, capsys):
     assert export(drives / "monday", "--format", "csv", "--out", tmp_path / "e.parquet") == 2
     said = capsys.readouterr().err
-    assert "e.parquet --format csv: .parquet is of parquet; expected a folder or .csv" in said
+    assert "e.parquet --format csv: .parquet is for parquet; expected a folder or .csv" in said
     assert list(tmp_path.iterdir()) == []
     assert export(drives / "monday", "--format", "mot", "--out", tmp_path / "e.txt") == 0
 

@@ -37,13 +37,16 @@ EXPORT = ["export", "x", "--format", "csv", "--out", "o"]
         (["calibrate", "--export", "kalibr", ""], '--export kalibr "": expected a file or folder'),
         (
             ["train", "--data", "a", "--data=b", "--out", "m.npz"],
-            "--data: given 2 times; give it once, and all",
+            "--data: given 2 times; give it once, with all",
         ),
         (["calibrate", "--export", "kalibr", "a", "--export", "kalibr", "b"], "--export: given 2 times"),
         (["evaluate", "detection", "l", "--only", "a=1", "--only", "b=1"], "--only: given 2 times"),
         (["train", "--data", "nowhere", "--out", "", "--out", "m.npz"], "--data nowhere: no such folder"),
         (["train", "--data", "a", "--out", "m.npz", "--seed", "-1"], "--seed -1: expected a whole number"),
-        (["export", "x", "--format", "csv", "--out", "-"], "--out -: standard input and output are not used"),
+        (
+            ["export", "x", "--format", "csv", "--out", "-"],
+            "--out -: standard input and output are not supported",
+        ),
         (
             ["evaluate", "detection", "l", "--images", "i", "--calibration", "c", "--at-fppi", "x"],
             "--at-fppi x: expected a finite number",

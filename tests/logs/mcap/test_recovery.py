@@ -104,7 +104,7 @@ def test_a_damaged_index_does_not_matter(whole_log, short_drive, tmp_path):
 def test_a_log_of_no_readable_frame_is_refused_and_nothing_left(whole_log, tmp_path):
     first = DriveLog(whole_log).chunks.chunks[0]
     whole_log.write_bytes(whole_log.read_bytes()[: first.chunk_start_offset + 20])
-    with pytest.raises(UserError, match=r"drive\.mcap: not a frame of this log can be read"):
+    with pytest.raises(UserError, match=r"drive\.mcap: no frame of this log can be read"):
         recover(whole_log, tmp_path / "new.mcap")
     assert list(tmp_path.iterdir()) == [whole_log]
 
@@ -137,10 +137,10 @@ def test_the_command_recovers_beside_the_drive_and_says_what_came_of_it(torn, ca
 
 
 def test_what_is_said_of_a_torn_log_names_the_one_recovered_of_it_unless_that_is_of_an_earlier_drive(torn):
-    assert DriveLog(torn).notes[0].endswith(f"`fcw recover {torn}` makes a whole log of it")
+    assert DriveLog(torn).notes[0].endswith(f"`fcw recover {torn}` makes a complete log of it")
     out = recovered_path(torn)
     recover(torn, out)
-    assert DriveLog(torn).notes[0].endswith(f"{out} is the whole log that was made of it")
+    assert DriveLog(torn).notes[0].endswith(f"{out} is the complete log recovered from it")
     os.utime(out, ns=(0, torn.stat().st_mtime_ns - 1))
     assert "`fcw recover" in DriveLog(torn).notes[0]
     with pytest.raises(UserError, match=r"name another file with --out$"):
@@ -149,7 +149,7 @@ def test_what_is_said_of_a_torn_log_names_the_one_recovered_of_it_unless_that_is
 
 def test_the_command_on_a_whole_log_says_that_nothing_was_lost(whole_log, tmp_path, capsys):
     assert main(["recover", str(whole_log), "--out", str(tmp_path / "new.mcap")]) == 0
-    assert "it is whole: nothing was lost, and nothing was written" in capsys.readouterr().out
+    assert "the log is complete: nothing was lost, and nothing was written" in capsys.readouterr().out
     assert list(tmp_path.iterdir()) == [whole_log]
 
 
