@@ -1,6 +1,6 @@
 """Forward collision warning from one dash camera: the science and the pipeline.
 
-The names below are what a program needs that uses this one; each is imported when it is first asked for.
+The names below are what a program that uses this package needs; each is imported when it is first used.
 `examples/` shows them at work. A drive, run and read back:
 
     import fcw
@@ -11,7 +11,7 @@ The names below are what a program needs that uses this one; each is imported wh
     for result in fcw.read_drive("out").results():
         print(result.time_ns, result.lead, result.warning.level)
 
-A detector or a warning policy of one's own goes into the job: `DriveJob(..., detector=mine)`.
+A detector or a warning policy of your own goes into the job: `DriveJob(..., detector=mine)`.
 
 Conventions, kept everywhere in this package:
 

@@ -1,4 +1,4 @@
-"""By what a finished drive is known: its content, and all that its result depends on."""
+"""How a finished drive is recognised: by its content, and by all that its result depends on."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""Small files, whole: regular ones only, for a pipe would be waited for, and no larger than said."""
+"""Small files, whole: regular ones only, since a pipe could block, and no larger than a stated limit."""
 
 import os
 import stat

@@ -1,4 +1,4 @@
-"""A detector is asked what is in a frame. It may be anybody's, so what it says is looked at."""
+"""A detector is asked what is in a frame. It may be anybody's, so its answer is checked."""
 
 import math
 from dataclasses import replace

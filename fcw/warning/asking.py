@@ -1,4 +1,4 @@
-"""A policy is asked what to warn of. It may be anybody's, so what it says is looked at."""
+"""A policy is asked what to warn of. It may be anybody's, so its answer is checked."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""`fcw recover`: a whole log of one whose writer was killed."""
+"""`fcw recover`: a complete log from the log of a run that was killed."""
 
 from dataclasses import dataclass
 from pathlib import Path
