@@ -225,7 +225,8 @@ def test_a_file_without_pictures_says_what_it_holds(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"no topic of pictures.*it holds: /speed \(geometry_msgs/TwistStam"):
         open_source(path)
     with pytest.raises(
-        UserError, match=r"--topic /speed: a topic of geometry_msgs/TwistStamped, which are no"
+        UserError,
+        match=r"--topic /speed: a topic of geometry_msgs/TwistStamped, which is not a type of pictures",
     ):
         open_source(path, topic="/speed")
 
