@@ -46,6 +46,8 @@ DARK_BELOW = 60.0
 LOST_SIGMAS, CAR_HEIGHT_M = 14.0, 1.5
 """Half of the vehicles so many sigmas of the blur high are lost, on cameras that are new to the net; of those
 that it learnt from 10 to 12.5, whichever is left out."""
+TOLD_STEP_M = 5
+"""The distance at which half are lost is known to a tenth or so; in finer steps the words would flicker."""
 
 
 class Look(NamedTuple):
@@ -118,7 +120,8 @@ class SightWatch:
         lost = "vehicles are missed, far ones first"
         if poor is PoorSight.SOFT and self._focal_part is not None:
             distance_m = CAR_HEIGHT_M * self._focal_part / (LOST_SIGMAS * blur)
-            lost = f"half of the cars {distance_m:.0f} m away are missed, and most beyond"
+            told_m = max(round(distance_m / TOLD_STEP_M), 1) * TOLD_STEP_M
+            lost = f"half of the cars {told_m} m away are missed, and most beyond"
         return f"{poor.value}, {lost}: {CAUSES[poor]}"
 
 

@@ -122,6 +122,12 @@ def test_a_lens_out_of_focus_is_said_after_a_second_with_how_far_cars_are_found(
     assert told(soft)[-1].startswith("soft picture, vehicles are missed, far ones first: ")
 
 
+@pytest.mark.parametrize(("focal_px", "told_m"), [(1000, 25), (960, 25), (1040, 25), (1200, 30), (60, 5)])
+def test_how_far_cars_are_found_is_said_in_steps_of_5_m(drive: list[Picture], focal_px: float, told_m: int):
+    soft = [np.asarray(cv2.GaussianBlur(image, (0, 0), 4.0), np.uint8) for image in drive]
+    assert f" cars {told_m} m away " in told(soft, focal_part=focal_px / 1280)[-1]
+
+
 def test_the_dark_is_said_and_fog_is(drive: list[Picture]):
     noise = np.random.default_rng(0).standard_normal(drive[0].shape)
     dark = [np.clip(image * 0.15 + 2 * noise, 0, 255).astype(np.uint8) for image in drive]
