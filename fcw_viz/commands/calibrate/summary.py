@@ -127,7 +127,7 @@ def print_report(
     turned = calibration.orientation
     if turned != LEVEL:
         line(
-            f"looks {_turn_text(turned.yaw_rad, turned.yaw_sigma_rad, 'left', 'right')}, rolled "
+            f"yaw {_turn_text(turned.yaw_rad, turned.yaw_sigma_rad, 'left', 'right')}, roll "
             f"{_turn_text(turned.roll_rad, turned.roll_sigma_rad, 'right', 'left')}; rows are those of the "
             "straightened picture"
         )
