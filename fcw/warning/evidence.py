@@ -36,12 +36,13 @@ class Evidence:
             in the path now.
         upon_us_s: a vehicle surely reached within this time and in our way by `upon_us_m` then is on course,
             wherever it is now and whatever our path does: who turns the wheel then does so because of it.
-            Both numbers were chosen on strangers' clips and KITTI (docs/figures/warning.md, "Upon us").
+            Both numbers were chosen on strangers' clips and KITTI (docs/figures/warning.md, "Vehicles about
+            to be reached").
         upon_us_m: see `upon_us_s`; the overlap at contact, by its mean.
         just_before_s: a vehicle in our way by `in_lane_m` and surely reached within `upon_us_s` is on course
             even if it would leave our way up to this long before contact, while our bend does not change: it
             may stop. Traffic conflict studies count post-encroachment times below 1 s. Measured on strangers'
-            clips and KITTI (docs/figures/warning.md, "Gone just before").
+            clips and KITTI (docs/figures/warning.md, "Vehicles that leave our path just before").
         beside_m: a vehicle with a wider gap than this between it and our path is beside us.
         crossing_probability: the least probability of being in our way for a vehicle that comes in from
             beside us, and for every vehicle while our bend changes. Who comes in counts only if our turning
