@@ -231,10 +231,12 @@ def towards(box: Box, found: Box, part: float, size: ImageSize, noise: BoxNoise)
 
 
 def in_picture(box: Box, size: ImageSize) -> Box:
-    """The part of a box in the picture; a vehicle that is kept has its middle column there."""
-    left, top = max(box.x, -0.5), max(box.y, -0.5)
-    right, bottom = min(box.right, size.width - 0.5), min(box.bottom, size.height - 0.5)
-    return Box(left, top, max(right - left, 1.0), max(bottom - top, 1.0))
+    """The part of a box in the picture: as much of one beyond its left edge as of one beyond its right."""
+    top, bottom = max(box.y, -0.5), min(box.bottom, size.height - 0.5)
+    # Of one that is beyond an edge, the column of pixels at that edge.
+    left = min(max(box.x, -0.5), size.width - 1.5)
+    right = max(min(box.right, size.width - 0.5), left + 1.0)
+    return Box(left, top, right - left, max(bottom - top, 1.0))
 
 
 def _cost(predicted: Box, found: Box, size: ImageSize, settings: TrackerSettings) -> float:

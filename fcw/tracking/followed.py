@@ -247,7 +247,8 @@ class Followed:
     def is_worth_keeping(self) -> bool:
         """Whether it is still ahead and in the picture, and until confirmed seen often, or a moment ago."""
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
-        inside = (0 <= self.box.center_x < width or self.seen_by == SeenBy.DETECTOR) and self.box.y < height
+        across = -0.5 <= self.box.center_x <= width - 0.5 or self.seen_by == SeenBy.DETECTOR
+        inside = across and self.box.y < height
         recent = (self._time_ns - self.detected_ns) / 1e9 <= self._settings.unconfirmed_s
         may_be = self.confirmed or (recent and self._is_clear()) or self._is_seen_often()
         return inside and self.state.distance_m > NEAREST_M and may_be

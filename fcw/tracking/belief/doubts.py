@@ -105,8 +105,8 @@ class Doubts:
         return (
             time_ns - self._first_ns <= settings.start_s * 1e9
             or one.state.distance_m >= settings.far_m
-            or box.x <= margin_px
-            or box.right >= self._width_px - margin_px
+            or box.x <= margin_px - 0.5
+            or box.right >= self._width_px - 0.5 - margin_px
             or any(_touch(box, lost) for _, lost in self._lost)
             # From behind a nearer vehicle.
             or any(
