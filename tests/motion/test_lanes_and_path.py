@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from road_pictures import HEIGHT, WIDTH, Pose, Road, camera
+from searching import examples
 
 from fcw.camera.calibration import Calibration
 from fcw.frame import ImageSize
@@ -55,6 +56,23 @@ def test_a_bend_that_begins_ahead_is_seen_before_we_steer(growth_per_m2):
     path = own_path(straight_on, lane)
     assert path.lateral_at(35.0) == pytest.approx(growth_per_m2 * 35.0**3 / 6, abs=0.4)
     assert path.slope_at(35.0) == pytest.approx(growth_per_m2 * 35.0**2 / 2, abs=0.04)
+
+
+@given(st.floats(-0.8, 0.8), st.floats(2.8, 4.2), st.floats(-2e-3, 2e-3))
+@examples(15)
+def test_the_lane_of_the_mirrored_road_is_mirrored(offset_m, lane_m, bend_per_m):
+    road = Road(lines_m=(offset_m + lane_m / 2, offset_m - lane_m / 2))
+    grey = np.ascontiguousarray(road.picture(Pose(), lane_of=lambda x: bend_per_m * x**2 / 2)[:, :, 1])
+    mirrored_px = grey.shape[1] - 1 - VIEW.column_px
+    there = RoadView(VIEW.focal_px, mirrored_px, VIEW.row_px, VIEW.pitch_rad, VIEW.height_m)
+    lane = find_lane(grey, VIEW, 0.0, bend_per_m)
+    other = find_lane(np.ascontiguousarray(grey[:, ::-1]), there, 0.0, -bend_per_m)
+    assert (lane is None) == (other is None)
+    if lane is not None and other is not None:
+        # Places of ridges are as fine as the grid of the road, 5 cm.
+        assert other.mean[0] == pytest.approx(-lane.mean[0], abs=0.03)
+        assert other.mean[1] == pytest.approx(-lane.mean[1], abs=2e-3)
+        assert other.mean[4] == pytest.approx(lane.mean[4], abs=0.03)
 
 
 @given(st.floats(0.0, 120.0), st.floats(-0.02, 0.02), st.floats(-5e-4, 5e-4))

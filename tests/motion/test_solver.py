@@ -79,3 +79,19 @@ def test_the_covariance_is_that_of_sampled_noise():
     # The road's own unevenness is in the prediction and was not drawn: what is predicted is no smaller.
     assert (sampled[[0, 1, TRAVEL]] < 1.3 * predicted[[0, 1, TRAVEL]]).all()
     assert (sampled[[0, 1]] > 0.4 * predicted[[0, 1]]).all()
+
+
+MIRROR = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0])
+"""Of the solver's unknowns: what turns or tilts to one side, to the other."""
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_motion_of_mirrored_points_is_mirrored(seed):
+    rng = np.random.default_rng(seed)
+    before, after, road = points(rng, TRUE)
+    after[:10] += rng.uniform(-0.1, 0.1, (10, 2))  # astray
+    mean = TRUE + PRIOR_SIGMAS * rng.standard_normal(UNKNOWNS) / 2
+    flip = np.array([-1.0, 1.0])
+    one, other = solved(before, after, road, mean), solved(before * flip, after * flip, road, mean * MIRROR)
+    np.testing.assert_allclose(other.unknowns, one.unknowns * MIRROR, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(other.inlying, one.inlying, atol=1e-7)
