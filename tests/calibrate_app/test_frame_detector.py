@@ -3,6 +3,7 @@
 import math
 import queue
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -202,3 +203,32 @@ def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
     assert np.median(errors) < 0.05
     assert max(errors) < 0.25
     assert inside >= 0.68 * len(errors)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("off_deg", [-3.0, 3.0])
+def test_vehicles_are_found_under_a_calibration_that_is_off(off_deg):
+    """Where the horizon is too high or too low, the boxes are what shows it."""
+    right = read_calibration(DEMO / "drive.calibration.yaml")
+    pitch_rad = right.camera.pitch_rad - math.radians(off_deg)
+    wrong = Calibration.from_camera(replace(right.camera, pitch_rad=pitch_rad), right.image_size)
+    pictures, truth = Pictures(open_source(DEMO / "drive.mp4")), read_truth(DEMO / "truth.csv")
+    detector = FrameDetector(lambda _: None)
+    hits, ahead = 0, 0
+    for index in range(15, pictures.count, 60):
+        near = [
+            vehicle
+            for vehicle in truth[index].vehicles
+            if vehicle.in_path
+            and not vehicle.oncoming
+            and vehicle.visible_fraction > 0.9
+            and 6 < vehicle.distance_m < 60
+        ]
+        if not near:
+            continue
+        ahead += 1
+        nearest = min(near, key=lambda vehicle: vehicle.distance_m)
+        found = detector.detect_now(pictures.read(index), wrong)
+        hits += any(overlap(vehicle.box, nearest.box) >= HIT_IOU for vehicle in found.vehicles)
+    assert ahead >= 10
+    assert hits >= 0.9 * ahead
