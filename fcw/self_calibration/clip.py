@@ -32,7 +32,7 @@ from fcw.motion.travel.direction import TravelDirection
 from fcw.motion.travel.tracks import PointTracks
 from fcw.self_calibration.contradiction import Contradiction, contradiction_in
 from fcw.self_calibration.lane_lines import YAWED_PICTURES, agreed_meeting, lanes_aside, lanes_meet
-from fcw.self_calibration.moved import moved_at
+from fcw.self_calibration.moved import leads_to_one_row, moved_at
 from fcw.self_calibration.parts import WHOLE_CLIP_S, ClipParts, longest_of, pictures_of, piece_words
 from fcw.self_calibration.speed import MeanSpeed, mean_speed
 from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
@@ -302,6 +302,8 @@ def observe_clip(
         if travel.driven_s >= enough_s:
             break
     moved_s, told = moved_at(signs, camera.focal_y_px), travel.told()
+    if moved_s is not None and leads_to_one_row(travel, moved_s, camera.focal_y_px):
+        moved_s = None
     # Who turns all the time shows the row alone.
     unknown_px = Gaussian(camera.principal_column_px, math.tan(ANY_YAW_RAD) * camera.focal_y_px)
     return ClipObservations(

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fcw.camera.ground_plane import FloatArray
+from fcw.motion.travel.direction import TravelDirection
 
 LEAST_SHIFT_RAD = math.radians(5.0)
 """Hills, load and hard braking pitch the picture by less."""
@@ -19,6 +20,7 @@ WITHIN_PART = 1 / 3
 """A sign agrees with its side if it lies within this part of the shift from the side's median."""
 LEAST_AGREEING = 0.75
 """Part of the signs of each side that must agree."""
+SURE_SIGMAS = 2.0
 
 
 def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[float, float] | None:
@@ -42,6 +44,26 @@ def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[flo
         if min(agreeing) >= LEAST_AGREEING and (best is None or sum(agreeing) > best[0]):
             best = sum(agreeing), split
     return None if best is None else (float(times_s[best[1] - 1]), float(times_s[best[1]]))
+
+
+def leads_to_one_row(travel: TravelDirection, moved_s: tuple[float, float], focal_px: float) -> bool:
+    """Whether driving led to the same row before and after a move, so that there was none.
+
+    Lane lines are found on other edges now and then, and the horizon that they tell jumps; what flows by does
+    not.
+
+    Args:
+        travel: of the whole clip.
+        moved_s: between which times the camera seems to have been moved.
+        focal_px: focal length.
+    """
+    before, after = travel.between(-math.inf, moved_s[0]).told(), travel.between(moved_s[1], math.inf).told()
+    if before is None or after is None:
+        return False
+    (_, before_px), (_, after_px) = before, after
+    apart_px = abs(before_px.value - after_px.value)
+    at_most_px = apart_px + SURE_SIGMAS * math.hypot(before_px.sigma, after_px.sigma)
+    return at_most_px < focal_px * math.tan(LEAST_SHIFT_RAD)
 
 
 def _agreeing(rows_px: FloatArray, within_px: float) -> float:

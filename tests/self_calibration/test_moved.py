@@ -16,6 +16,7 @@ from fcw.frame import Frame
 from fcw.self_calibration.clip import BEFORE_MOVE_S, calibrate_clip, rough_calibration
 from fcw.self_calibration.moved import moved_at
 from fcw.sources import open_source
+from fcw.sources.forwarding import ForwardingSource
 
 DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 MOVED_S = 8.0
@@ -77,3 +78,16 @@ def test_a_clip_is_calibrated_until_its_camera_was_knocked():
     whole = calibrated(Knocked(knocked.piece_s[1]))
     assert whole.piece_s is None
     assert knocked.calibration == whole.calibration
+
+
+def test_lane_lines_that_jump_while_driving_leads_to_one_row_are_no_move(data_dir):
+    """Lanes put the horizon 38 px lower from the second second on; the drive leads where it did."""
+
+    class SecondHalf(ForwardingSource):
+        def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
+            return (frame for frame in super().frames(start_ns) if frame.index >= 148)
+
+    source = SecondHalf(open_source(data_dir / "clips" / "muchlisin_driving.mp4"))
+    found = calibrated(source)
+    assert found.by_motion
+    assert found.piece_s is None

@@ -91,6 +91,14 @@ class TravelDirection:
         """For how long we were seen to drive."""
         return sum(pair.dt_s for pair in self._pairs)
 
+    def between(self, begin_s: float, end_s: float) -> "TravelDirection":
+        """What the pictures from one time to another tell alone."""
+        part = TravelDirection(self._camera, self._factor)
+        part._pairs = [
+            pair for pair in self._pairs if begin_s <= pair.time_s and pair.time_s + pair.dt_s <= end_s
+        ]
+        return part
+
     def update(self, points: FollowedPoints, boxes: Sequence[Box]) -> None:
         """Take the points of a picture.
 
