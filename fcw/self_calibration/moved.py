@@ -21,6 +21,7 @@ WITHIN_PART = 1 / 3
 LEAST_AGREEING = 0.75
 """Part of the signs of each side that must agree."""
 SURE_SIGMAS = 2.0
+"""Two rows are the same if they differ by less than the least shift, with so many sigmas on top."""
 
 
 def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[float, float] | None:
@@ -47,13 +48,13 @@ def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[flo
 
 
 def leads_to_one_row(travel: TravelDirection, moved_s: tuple[float, float], focal_px: float) -> bool:
-    """Whether driving led to the same row before and after a move, so that there was none.
+    """Whether the direction of travel points to the same row before and after, so that there was no move.
 
-    Lane lines are found on other edges now and then, and the horizon that they tell jumps; what flows by does
-    not.
+    Lane lines are found on other edges now and then, and the horizon that they tell jumps. The direction of
+    travel does not depend on them.
 
     Args:
-        travel: of the whole clip.
+        travel: direction of travel over the whole clip.
         moved_s: between which times the camera seems to have been moved.
         focal_px: focal length.
     """
