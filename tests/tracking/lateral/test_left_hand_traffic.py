@@ -55,11 +55,17 @@ def ego(speed_mps, side, yaw_rate_radps, yaw_rad):
     return Ego(motion, path)
 
 
-VEHICLES = st.tuples(st.floats(8.0, 40.0), st.floats(-8.0, 8.0), st.floats(-4.0, 8.0), st.floats(-2.0, 2.0))
-"""Distance, place to the left, closing speed and speed to the left."""
+VEHICLES = st.lists(
+    st.tuples(st.floats(8.0, 40.0), st.floats(-8.0, 8.0), st.floats(-4.0, 8.0), st.floats(-2.0, 2.0)),
+    min_size=1,
+    max_size=3,
+    # Of two in the same place either may be the lead.
+    unique_by=lambda vehicle: round(vehicle[0]),
+)
+"""Distance, place to the left, closing speed and speed to the left of each."""
 
 
-@given(st.lists(VEHICLES, min_size=1, max_size=3), st.floats(-0.2, 0.2), st.floats(-0.02, 0.02))
+@given(VEHICLES, st.floats(-0.2, 0.2), st.floats(-0.02, 0.02))
 @examples(40)
 def test_tracks_threats_and_warnings_of_the_mirror_image_are_mirrored(vehicles, yaw_rate_radps, yaw_rad):
     trackers = [Tracker(calibration) for calibration in CALIBRATIONS]
@@ -67,7 +73,9 @@ def test_tracks_threats_and_warnings_of_the_mirror_image_are_mirrored(vehicles, 
     for frame in range(25):
         time_s, boxes = frame * FRAME_NS / 1e9, []
         for distance_m, lateral_m, closing_mps, across_mps in vehicles:
-            now_m = max(distance_m - closing_mps * time_s, 4.0)
+            now_m = distance_m - closing_mps * time_s
+            if now_m < 4.0:
+                continue
             rear = CALIBRATIONS[0].ground_box(now_m, lateral_m + across_mps * time_s, 1.8, 1.5)
             left, right = max(rear.x, 0.0), min(rear.right, WIDTH - 1.0)
             if right - left > 2.0:
