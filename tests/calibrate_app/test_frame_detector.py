@@ -3,6 +3,7 @@
 import math
 import queue
 import threading
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from fcw.detection.matching import HIT_IOU
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.simulation.truth.file import read_truth
+from fcw.simulation.truth.truth import VehicleTruth
 from fcw.sources import open_source
 from fcw_viz.calibrate_app.frame_detector import Found, FrameDetector, range_vehicle
 from fcw_viz.page.pictures import Pictures
@@ -167,19 +169,11 @@ def overlap(one: Box, other: Box) -> float:
     return float(intersection_over_union(*arrays)[0, 0])
 
 
-@pytest.mark.slow
-def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
-    """The vehicle in our path, in a frame every two seconds: within 5 % mostly, and in its interval.
-
-    A single picture knows nothing of the car's pitching, 0.25 degrees and more; the interval allows for it.
-    """
-    calibration = read_calibration(DEMO / "drive.calibration.yaml")
-    pictures = Pictures(open_source(DEMO / "drive.mp4"))
-    truth = read_truth(DEMO / "truth.csv")
-    detector = FrameDetector(lambda _: None)
-    errors, inside, looked = [], 0, 0
+def clear_leads() -> Iterator[tuple[Frame, VehicleTruth]]:
+    """A picture of the shipped drive every two seconds, and the nearest vehicle clearly seen in our path."""
+    pictures, truth = Pictures(open_source(DEMO / "drive.mp4")), read_truth(DEMO / "truth.csv")
     for index in range(15, pictures.count, 60):
-        seen = [
+        clear = [
             vehicle
             for vehicle in truth[index].vehicles
             if vehicle.in_path
@@ -187,11 +181,22 @@ def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
             and vehicle.visible_fraction > 0.9
             and 6 < vehicle.distance_m < 60
         ]
-        if not seen:
-            continue
-        nearest = min(seen, key=lambda vehicle: vehicle.distance_m)
+        if clear:
+            yield pictures.read(index), clear[0]
+
+
+@pytest.mark.slow
+def test_vehicles_of_the_shipped_drive_are_found_at_their_true_distances():
+    """The vehicle in our path, in a frame every two seconds: within 5 % mostly, and in its interval.
+
+    A single picture knows nothing of the car's pitching, 0.25 degrees and more; the interval allows for it.
+    """
+    calibration = read_calibration(DEMO / "drive.calibration.yaml")
+    detector = FrameDetector(lambda _: None)
+    errors, inside, looked = [], 0, 0
+    for frame, nearest in clear_leads():
         looked += 1
-        found = detector.detect_now(pictures.read(index), calibration)
+        found = detector.detect_now(frame, calibration)
         assert found.trouble == ""
         best = max(found.vehicles, key=lambda vehicle: overlap(vehicle.box, nearest.box), default=None)
         if best is None or best.distance_m is None or overlap(best.box, nearest.box) < HIT_IOU:
@@ -212,23 +217,11 @@ def test_vehicles_are_found_under_a_calibration_that_is_off(off_deg):
     right = read_calibration(DEMO / "drive.calibration.yaml")
     pitch_rad = right.camera.pitch_rad - math.radians(off_deg)
     wrong = Calibration.from_camera(replace(right.camera, pitch_rad=pitch_rad), right.image_size)
-    pictures, truth = Pictures(open_source(DEMO / "drive.mp4")), read_truth(DEMO / "truth.csv")
     detector = FrameDetector(lambda _: None)
     hits, ahead = 0, 0
-    for index in range(15, pictures.count, 60):
-        near = [
-            vehicle
-            for vehicle in truth[index].vehicles
-            if vehicle.in_path
-            and not vehicle.oncoming
-            and vehicle.visible_fraction > 0.9
-            and 6 < vehicle.distance_m < 60
-        ]
-        if not near:
-            continue
+    for frame, nearest in clear_leads():
         ahead += 1
-        nearest = min(near, key=lambda vehicle: vehicle.distance_m)
-        found = detector.detect_now(pictures.read(index), wrong)
+        found = detector.detect_now(frame, wrong)
         hits += any(overlap(vehicle.box, nearest.box) >= HIT_IOU for vehicle in found.vehicles)
     assert ahead >= 10
     assert hits >= 0.9 * ahead
