@@ -5,6 +5,7 @@
 The lidar's closing speed is the slope of a straight line through its distances of a second about each frame.
 """
 
+import argparse
 import csv
 import math
 import os
@@ -26,14 +27,20 @@ HALF_WINDOW_S = 0.5
 LONGEST_TTC_S = 20.0
 
 
-def main(calibration_path: Path, out: Path) -> None:
+def main() -> None:
     """Run the drive, print how well it went, and write sfnd-distance.svg and sfnd-ttc.svg."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("calibration", type=Path, help="calibration file of the drive")
+    parser.add_argument("out", type=Path, help="folder of the two charts")
+    arguments = parser.parse_args()
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     folder = Path(os.environ["FCW_DATA"]) / "kitti-sfnd"
     with (folder / "lead_lidar_distance.csv").open(encoding="utf-8") as file:
         lidar_m = np.array([float(row["cam_z_p10_m"] or "nan") for row in csv.DictReader(file)])
     times_s = np.arange(len(lidar_m)) / FRAME_RATE_HZ
     lidar_ttc_s = ttc_of(times_s, lidar_m)
-    distance_m, ttc_s = followed(folder, read_calibration(calibration_path), len(lidar_m))
+    distance_m, ttc_s = followed(folder, read_calibration(arguments.calibration), len(lidar_m))
     for what, estimated, true in (("distance", distance_m, lidar_m), ("TTC", ttc_s, lidar_ttc_s)):
         known = np.isfinite(estimated) & np.isfinite(true) & (true <= LONGEST_TTC_S)
         error = np.median(np.abs(estimated[known] / true[known] - 1))
@@ -48,7 +55,7 @@ def main(calibration_path: Path, out: Path) -> None:
             Series("from pixels", list(zip(times_s.tolist(), estimated.tolist(), strict=True))),
         )
         chart = Chart("SFND drive, end to end", "s", label, (0.0, duration_s), (0.0, highest), series)
-        (out / f"{name}.svg").write_text(chart.svg(), encoding="utf-8")
+        (arguments.out / f"{name}.svg").write_text(chart.svg(), encoding="utf-8")
 
 
 def followed(folder: Path, calibration: Calibration, count: int) -> tuple[FloatArray, FloatArray]:
@@ -78,4 +85,4 @@ def ttc_of(times_s: FloatArray, distances_m: FloatArray) -> FloatArray:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main()

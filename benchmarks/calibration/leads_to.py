@@ -28,6 +28,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--piece-s", type=float, default=5.0, help="length of the pieces")
     piece_s = parser.parse_args().piece_s
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     data = Path(os.environ["FCW_DATA"])
     table = read_calibration_table(data / "calibrations.txt")
     of_pieces: list[tuple[float, float]] = []

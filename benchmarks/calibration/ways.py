@@ -115,6 +115,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     data = Path(os.environ["FCW_DATA"])
     boards = [cv2.imread(str(path)) for path in sorted((data / "udacity-chessboards").rglob("*.jpg"))]
     lens = lens_of_chessboards([np.asarray(board, np.uint8) for board in boards], (9, 6)).for_image_size(SIZE)

@@ -6,6 +6,7 @@ After 1.5 s of each drive: the median of speed over true speed less one, how sur
 how many of the pictures it was known. The calibration is the true one.
 """
 
+import argparse
 import sys
 from collections.abc import Iterator
 
@@ -25,6 +26,7 @@ ROAD = RoadPlan(lanes_left=1, lanes_right=1, opposing_lanes=2, trees_per_km=100)
 
 def main() -> None:
     """Print a line for each speed and frame rate."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     sys.stdout.write("km/h, pictures a second: error; 1 sigma; known\n")
     for speed_kmh in SPEEDS_KMH:
         scenario = Scenario(

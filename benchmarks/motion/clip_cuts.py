@@ -6,6 +6,7 @@ On the ten clips, the two drives of KITTI and the shipped one: steps within a vi
 from two cameras, from two drives of one camera, and from one view at least 3 s apart.
 """
 
+import argparse
 import math
 import os
 import random
@@ -31,6 +32,9 @@ _View = tuple[str, float, list[NDArray[np.float32]]]
 
 def main() -> None:
     """Print the least likeness of steps, and how many pairs have less than follow each other."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     views = list(read_views())
     steps: dict[int, list[float]] = {upto: [] for upto in UP_TO_MS}
     for _, rate_hz, pictures in views:

@@ -7,6 +7,7 @@ own speed over that of the clip at the same time, the part of the pictures in wh
 vehicles within `FARTHEST_M` by how much distance and closing speed differ from those of the clip.
 """
 
+import argparse
 import os
 import sys
 import tempfile
@@ -69,6 +70,9 @@ WAYS: dict[str, tuple[Callable[[Pictures], Iterator[NDArray[np.uint8]]], int]] =
 
 def main() -> None:
     """Print a line for each way and clip."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     data = Path(os.environ["FCW_DATA"])
     table = read_calibration_table(data / "calibrations.txt")
     sys.stdout.write("way, clip: own speed; known; distance off; closing speed off in m/s; warnings\n")

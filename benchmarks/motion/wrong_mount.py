@@ -6,6 +6,7 @@ speed.
 With looks where the drive leads to, and by steps alone. The right pitches are those of `calibrations.txt`.
 """
 
+import argparse
 import math
 import os
 import sys
@@ -28,6 +29,9 @@ LONGEST_S = 15.0
 
 def main() -> None:
     """Print a line for each error of the pitch, with looks and without."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     data = Path(os.environ["FCW_DATA"])
     table = read_calibration_table(data / "calibrations.txt")
     ends: dict[tuple[bool, int], list[tuple[float, float, float]]] = {}

@@ -300,6 +300,8 @@ def main() -> None:
     parser.add_argument("--step", type=int, default=5, help="frames from a drawn box to the next")
     parser.add_argument("--all", action="store_true", help="all clips, without the page")
     options = parser.parse_args()
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     folder = Path(os.environ["FCW_DATA"]) / "kitti-tracking"
     names = sorted(path.stem for path in (folder / "label_02").glob("*.txt"))
     sequences = {name: read_sequence(folder, name) for name in names}

@@ -38,6 +38,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--detector", default="net")
     detector = parser.parse_args().detector
+    if "FCW_DATA" not in os.environ:
+        sys.exit("set FCW_DATA to the folder of real drives")
     data = Path(os.environ["FCW_DATA"])
     table = read_calibration_table(data / "calibrations.txt")
     totals = {off_deg: [0, 0, 0, 0] for off_deg in OFF_DEG}
