@@ -53,7 +53,7 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
                 f"{path}: one picture or a text, not a video; "
                 "expected a video file or the folder that holds the pictures"
             )
-        streams = [s for s in container.streams.video if not s.disposition & Disposition.attached_pic]
+        streams = moving_pictures(container)
         if not streams:
             kinds = ", ".join(sorted({stream.type for stream in container.streams})) or "nothing"
             raise UserError(
@@ -71,6 +71,11 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
         codec.options = DECODER_OPTIONS
         stream.thread_type = "SLICE"
         yield container, stream
+
+
+def moving_pictures(container: InputContainer) -> list[VideoStream]:
+    """A file's videos, without the still pictures that are attached to it, as covers are."""
+    return [s for s in container.streams.video if not s.disposition & Disposition.attached_pic]
 
 
 class Decoding:

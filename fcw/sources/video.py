@@ -21,6 +21,7 @@ from fcw.sources.decoding import (
     annex_b_filter,
     announced_packets,
     is_plain_picture,
+    moving_pictures,
     opened,
     seek_before,
     to_ns,
@@ -147,6 +148,7 @@ class VideoSource:
             elif codec.pix_fmt not in ("yuv420p", "yuvj420p"):
                 self._other_form = f"their pixels are {codec.pix_fmt}, which most viewers do not show"
             self._avi = container.format.name == "avi"
+            self._others = tuple(_other_videos(container, stream))
             self.zero_utc_ns = _created_ns(container.metadata.get("creation_time"))
 
     @property
@@ -186,10 +188,17 @@ class VideoSource:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How pictures were set right, and after iteration what could not be read."""
+        """How pictures were set right, which of several videos is used; after iteration what was not read."""
         changes = [f"{self._squared}, because their pixels are not square"] if self._squared else []
         changes += [f"{self._turn}, as the file asks"] if self._turn else []
-        return tuple(f"{self.name}: pictures are {change}" for change in changes) + self._notes
+        notes = [f"{self.name}: pictures are {change}" for change in changes]
+        if self._others:
+            notes.append(
+                f"{self.name}: holds {len(self._others) + 1} videos, as of cameras ahead and behind; the "
+                f"first ({self._coded_size}) is used and not {', '.join(self._others)}: if another one looks "
+                "ahead, put it into a file of its own (`ffmpeg -i IN -map 0:v:1 -c copy OUT.mp4`)"
+            )
+        return (*notes, *self._notes)
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Frames from the first one at or after `start_ns`.
@@ -285,6 +294,14 @@ class VideoSource:
         table_ns = np.sort(np.array(times_ns, np.int64))
         complete &= bool(np.all(np.diff(table_ns) > 0))
         return _PacketTable(table_ns, relayable, seekable, complete)
+
+
+def _other_videos(container: InputContainer, used: VideoStream) -> Iterator[str]:
+    """What other videos a file holds: their sizes, where it states them. Its still pictures do not count."""
+    for stream in moving_pictures(container):
+        if stream.index != used.index:
+            codec = stream.codec_context
+            yield "one" if codec is None else f"{codec.width}x{codec.height}"
 
 
 def _stated_end(container: InputContainer, stream: VideoStream, period_ns: int) -> _StatedEnd | None:

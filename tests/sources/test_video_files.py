@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -168,3 +169,29 @@ def test_words_in_any_encoding_do_not_matter(make_video, numbered_images):
     assert data.count(b"VideoHandler") == 1
     path.write_bytes(data.replace(b"VideoHandler", "Kamera für 道路".encode("gb18030")[:12].ljust(12)))
     assert len(list(open_source(path).frames())) == 5
+
+
+def test_a_file_of_two_cameras_says_which_one_is_used(make_video, numbered_images, tmp_path):
+    ahead = make_video("ahead.mp4", numbered_images[:5], codec_options=NO_B_FRAMES)
+    behind = make_video(
+        "behind.mp4", [image[:32] for image in numbered_images[:5]], codec_options=NO_B_FRAMES
+    )
+    both = tmp_path / "both.mp4"
+    with av.open(str(both), "w") as target:
+        sources = [av.open(str(path)) for path in (ahead, behind)]
+        copies = [target.add_stream_from_template(source.streams.video[0]) for source in sources]
+        for source, copy in zip(sources, copies, strict=True):
+            for packet in source.demux(video=0):
+                if packet.size:
+                    packet.stream = copy
+                    target.mux(packet)
+            source.close()
+    source = open_source(both)
+    assert str(source.image_size) == "64x48"
+    (note,) = source.notes
+    assert note.startswith(
+        "both.mp4: holds 2 videos, as of cameras ahead and behind; the first (64x48) is used and not 64x32"
+    )
+    assert len(list(source.frames())) == 5
+    assert source.notes == (note,)
+    assert open_source(ahead).notes == ()
