@@ -1,5 +1,6 @@
 """Which drives a batch has, what they are called, and which calibration each has."""
 
+import errno
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -210,7 +211,17 @@ def _beside_path(source: Path, *names: str) -> Path | None:
     beside the file that it leads to."""
     drives = (source, Path(os.path.realpath(source)))
     paths = (drive.with_name(name.replace("{}", drive.stem)) for drive in drives for name in names)
-    return next((path for path in paths if path.is_file()), None)
+    return next((path for path in paths if _is_file(path)), None)
+
+
+def _is_file(path: Path) -> bool:
+    """Whether it is one; beside a drive with a long name there may be none with a longer."""
+    try:
+        return path.is_file()
+    except OSError as error:
+        if error.errno != errno.ENAMETOOLONG:
+            raise
+        return False
 
 
 def _beside(

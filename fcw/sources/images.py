@@ -1,6 +1,7 @@
 """Pictures as drives: a folder of them, or a single one."""
 
 import re
+import shlex
 import statistics
 from collections.abc import Collection, Iterator, Sequence
 from datetime import UTC, datetime
@@ -15,7 +16,8 @@ from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
 from fcw.units import NS_PER_S
 
-VIDEO_SUFFIXES = frozenset({".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".ts", ".webm"})
+_MPEG_SUFFIXES = (".3gp", ".m2ts", ".m4v", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".ts")
+VIDEO_SUFFIXES = frozenset((*_MPEG_SUFFIXES, ".asf", ".avi", ".flv", ".mkv", ".webm", ".wmv"))
 """By which a folder's videos are found; a video that is named may have any."""
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
 TIMES_NAME = "timestamps.txt"
@@ -51,10 +53,9 @@ class ImageFolderSource:
         self.path = path
         self._pictures = [path] if path.is_file() else _listed(path)
         if not self._pictures:
-            videos = sorted(_files(path, VIDEO_SUFFIXES))
             raise UserError(
                 f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files"
-                + (f", or name the video in it: {videos[0]}" if videos else "")
+                + _videos_instead(path)
             )
         if frame_rate_hz is not None and not SLOWEST_HZ <= frame_rate_hz <= FASTEST_HZ:
             raise UserError(
@@ -141,6 +142,15 @@ def _files(folder: Path, suffixes: Collection[str]) -> list[Path]:
     return [
         file for file in folder.iterdir() if file.suffix.lower() in suffixes and not file.name.startswith(".")
     ]
+
+
+def _videos_instead(folder: Path) -> str:
+    """What to name where a folder holds videos; a dash camera makes many of one drive."""
+    videos = sorted(_files(folder, VIDEO_SUFFIXES))
+    if len(videos) < 2:
+        return "".join(f", or name the video in it: {video}" for video in videos)
+    batch = shlex.join(("fcw", "batch", str(folder)))
+    return f", or name one of the {len(videos)} videos in it: {videos[0]}; `{batch}` runs each for itself"
 
 
 def _missing(name: str, pictures: Sequence[Path]) -> Iterator[str]:

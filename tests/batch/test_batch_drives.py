@@ -22,6 +22,18 @@ def test_folders_are_searched_with_all_below_and_logs_of_runs_are_no_drives(tmp_
     assert [drive.name for drive in find_batch_drives([tmp_path])] == ["a", "b", "c"]
 
 
+def test_videos_of_cameras_that_use_other_containers_are_drives_too(tmp_path):
+    touch(*(tmp_path / name for name in ("a.MTS", "b.m2ts", "c.3gp", "d.asf", "e.wmv", "f.flv", "g.MPEG")))
+    assert [drive.name for drive in find_batch_drives([tmp_path])] == list("abcdefg")
+
+
+def test_a_drive_whose_name_is_as_long_as_can_be_does_not_stop_the_others(tmp_path):
+    longest = "n" * 251  # with its suffix 255 bytes, so that no file beside it can have a longer one
+    touch(tmp_path / f"{longest}.mp4", tmp_path / "a.mp4", tmp_path / "calibration.yaml")
+    found = {drive.name: (drive.calibration, drive.track) for drive in find_batch_drives([tmp_path])}
+    assert found == dict.fromkeys(("a", longest), (tmp_path / "calibration.yaml", None))
+
+
 def test_a_drive_that_is_named_twice_is_one(tmp_path):
     touch(tmp_path / "a.mp4")
     assert len(find_batch_drives([tmp_path, tmp_path / "a.mp4"])) == 1

@@ -163,6 +163,9 @@ def test_a_folder_without_pictures(tmp_path):
         (tmp_path / name).write_bytes(b"")
     with pytest.raises(UserError, match=r"name the video in it: .*drive\.MP4"):
         open_source(tmp_path)
+    (tmp_path / "drive_2.mts").write_bytes(b"")
+    with pytest.raises(UserError, match=r"one of the 2 videos in it: .*drive\.MP4; `fcw batch .*` runs each"):
+        open_source(tmp_path)
     (tmp_path / "bad.png").write_bytes(b"no picture")
     with pytest.raises(UserError, match="none of its 1 pictures can be read"):
         open_source(tmp_path)
