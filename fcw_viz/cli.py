@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import redirect_stdout, suppress
 from dataclasses import fields, is_dataclass
+from functools import partial
 from itertools import takewhile
 from typing import Annotated, Any, get_args, get_origin
 
@@ -127,14 +128,35 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _parsed(arguments: list[str]) -> Command:
-    return tyro.cli(
-        Command,  # pyright: ignore[reportArgumentType] - tyro takes unions, its annotation says type
+    parse = partial(
+        tyro.cli,
+        Command,
         prog="fcw",
         description=DESCRIPTION,
         args=arguments,
         config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
         registry=registry,
     )
+    command, rest = parse(return_unknown_args=True)
+    if not rest:
+        return command
+    _check_one_drive(command, rest)
+    return parse()  # which says what it does not know
+
+
+def _check_one_drive(command: Command, rest: list[str]) -> None:
+    """See that not several files were named, as by `DR_*.MP4`, where one drive is expected.
+
+    Raises:
+        UserError: they were.
+    """
+    if isinstance(command, RunCommand | CalibrateCommand) and os.access(rest[0], os.F_OK):
+        mend = (
+            "`fcw batch` runs several, each for itself"
+            if isinstance(command, RunCommand)
+            else "calibrate by one of them"
+        )
+        raise UserError(f"{rest[0]}: a second drive after {command.source}; expected one drive: {mend}")
 
 
 def _check_given_once(arguments: list[str]) -> None:

@@ -67,3 +67,18 @@ def test_pairs_and_numbers_are_read(between, monkeypatch):
     monkeypatch.setitem(RUNNERS, ExportCommand, lambda command: read.append(command) or 0)
     assert main([*EXPORT, "--every", "3", *between]) == 0
     assert (read[0].every, read[0].between) == (3, (1.5, 4.0) if between else None)
+
+
+@pytest.mark.parametrize(
+    ("command", "mend"),
+    [("run", "`fcw batch` runs several, each for itself"), ("calibrate", "calibrate by one of them")],
+)
+def test_the_many_files_of_a_dash_camera_are_no_options(command, mend, tmp_path, capsys):
+    first, second = (tmp_path / f"DR_000{i}.MP4" for i in (1, 2))
+    second.write_bytes(b"")
+    assert main([command, str(first), str(second)]) == 2
+    captured = capsys.readouterr()
+    assert captured.err == f"fcw: {second}: a second drive after {first}; expected one drive: {mend}\n"
+    with pytest.raises(SystemExit):
+        main([command, str(first), "--no-such-option"])
+    assert "Unrecognized options: --no-such-option" in capsys.readouterr().err
