@@ -18,7 +18,8 @@ from fcw.sources.images import VIDEO_SUFFIXES
 
 FOLDER_CALIBRATION = "calibration.yaml"
 """Of all drives of a folder that have none of their own."""
-TRACK_SUFFIX = ".gpx"
+TRACK_SUFFIXES = ".gpx", ".GPX"
+"""Cameras write names in capitals too."""
 TABLE_COLUMNS = ("camera", "calibration")
 TOPIC_COLUMN = "topic"
 """A table may have it, for MCAP files of several cameras."""
@@ -99,11 +100,11 @@ def find_batch_drives(
         given = calibration if not table else line and line.calibration
         if isinstance(source, Path):
             own = _beside_path(source, "{}" + CALIBRATION_SUFFIX, FOLDER_CALIBRATION)
-            track = _beside_path(source, "{}" + TRACK_SUFFIX)
+            track = _beside_path(source, *(f"{{}}{suffix}" for suffix in TRACK_SUFFIXES))
         else:
             stem = source.path.stem
             own = _beside(source, (f"{stem}{CALIBRATION_SUFFIX}", FOLDER_CALIBRATION), listed, named)
-            track = _beside(source, (f"{stem}{TRACK_SUFFIX}",), listed, named)
+            track = _beside(source, [f"{stem}{suffix}" for suffix in TRACK_SUFFIXES], listed, named)
         named_topic = (line and line.topic) or topic
         lacking_table = calibration if table and line is None else None
         drives.append(

@@ -91,8 +91,10 @@ def test_the_topic_of_an_mcap_file_is_that_of_its_camera_or_else_the_one_for_all
 
 def test_a_gpx_track_beside_a_drive_is_its_own(tmp_path):
     touch(tmp_path / "a.mp4", tmp_path / "b.mp4", tmp_path / "a.gpx")
-    first, second = find_batch_drives([tmp_path])
+    touch(tmp_path / "C.MP4", tmp_path / "C.GPX")
+    shouted, first, second = find_batch_drives([tmp_path])
     assert (first.track, second.track) == (tmp_path / "a.gpx", None)
+    assert shouted.track == tmp_path / "C.GPX"
 
 
 def test_a_link_has_the_name_the_camera_and_the_files_beside_it(tmp_path):
