@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import cv2
 
@@ -48,33 +48,47 @@ def write_coco(
     Raises:
         UserError: a picture is missing in a log, or a file cannot be written.
     """
-    images: list[dict[str, Any]] = []
-    annotations: list[dict[str, Any]] = []
+    with whole_file(path) as partial, partial.open("w", encoding="utf-8") as file:
+        return _write(file, path.parent, clips, frames_of, with_pictures)
+
+
+def _write(
+    file: TextIO,
+    folder: Path,
+    clips: Sequence[DriveClip],
+    frames_of: Callable[[DriveClip], Iterable[FrameBoxes]],
+    with_pictures: bool,
+) -> int:
+    """Write the labels to an open file, the boxes as they come: those of hours would fill the memory.
+    What is said of each picture waits."""
+    head = json.dumps(
+        {"info": {"description": "vehicles followed by fcw", "version": __version__}, "categories": [VEHICLE]}
+    )
+    file.write(f'{head[:-1]}, "annotations": [')
+    images: list[str] = []
+    count = 0
     for clip in clips:
         pictures = LogPictures(clip.log) if with_pictures else None
         if pictures:
-            make_folder(path.parent / PICTURES_NAME / clip.name)
-            make_folder(path.parent / CALIBRATIONS_NAME)
+            make_folder(folder / PICTURES_NAME / clip.name)
+            make_folder(folder / CALIBRATIONS_NAME)
             write_whole(
-                path.parent / CALIBRATIONS_NAME / f"{clip.name}.yaml",
+                folder / CALIBRATIONS_NAME / f"{clip.name}.yaml",
                 calibration_text(clip.log.header.calibration),
             )
         for result, boxes in frames_of(clip):
             image = _image(len(images) + 1, clip, result)
             if pictures:
-                _write_picture(path.parent / PICTURES_NAME / image["file_name"], pictures, result.index)
-            images.append(image)
-            annotations += _annotations(image["id"], len(annotations) + 1, boxes)
+                _write_picture(folder / PICTURES_NAME / image["file_name"], pictures, result.index)
+            images.append(json.dumps(image, allow_nan=False))
+            for annotation in _annotations(image["id"], count + 1, boxes):
+                file.write(", " if count else "")
+                file.write(json.dumps(annotation, allow_nan=False))
+                count += 1
         if pictures:
             pictures.close()
-    content = {
-        "info": {"description": "vehicles followed by fcw", "version": __version__},
-        "categories": [VEHICLE],
-        "images": images,
-        "annotations": annotations,
-    }
-    write_whole(path, json.dumps(content, allow_nan=False) + "\n")
-    return len(annotations)
+    file.write(f'], "images": [{", ".join(images)}]}}\n')
+    return count
 
 
 def track_frames(clip: DriveClip, on_frame: Callable[[], None], every: int = 1) -> Iterator[FrameBoxes]:

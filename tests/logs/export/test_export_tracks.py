@@ -219,6 +219,20 @@ def test_labels_without_pictures_write_one_file_only(tmp_path):
     assert len(read_labels(out / "labels.json", out / "images")) == 19
 
 
+def test_boxes_do_not_wait_in_memory_for_the_end_of_a_long_drive(tmp_path):
+    waiting: list[int] = []
+
+    def many_boxes(clip: DriveClip) -> Iterator[FrameBoxes]:
+        for result, boxes in all_frames(clip):
+            waiting.append(sum(path.stat().st_size for path in tmp_path.glob(".*.partial.json")))
+            yield result, list(boxes) * 200
+
+    write_coco(tmp_path / "labels.json", two_drives(tmp_path)[:1], many_boxes)
+    size = (tmp_path / "labels.json").stat().st_size
+    assert waiting[-1] > 0.8 * size  # the last two of twelve frames are still to be written
+    assert len(json.loads((tmp_path / "labels.json").read_text())["annotations"]) == 10 * 200
+
+
 def test_pandas_reads_kitti_as_a_table(tmp_path):
     clip = clip_of(tmp_path, [result for result, _ in marked_drive(6)])
     write_kitti(tmp_path / "k.txt", clip, lambda: None)
