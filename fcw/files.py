@@ -117,8 +117,12 @@ def check_kind(path: Path, what: str, marks: Sequence[bytes]) -> None:
         raise UserError(f"{path}: is there already, and is no {what}; name another file, or move it away")
 
 
-def check_place(path: Path) -> None:
+def check_place(path: Path, option: str = "") -> None:
     """See before long work that its result can be written there.
+
+    Args:
+        path: of the file.
+        option: that names another place; for a path that nobody named.
 
     Raises:
         UserError: its folder does not exist or cannot be written to, or what is there is no file.
@@ -126,7 +130,8 @@ def check_place(path: Path) -> None:
     check_replaceable(path)
     if not os.access(path.parent, os.W_OK):
         reason = "it cannot be written to" if path.parent.is_dir() else "there is no such folder"
-        raise UserError(f"{path}: cannot write this file into {path.parent}, {reason}; name another folder")
+        mend = f"name another folder{f' with {option}' if option else ''}"
+        raise UserError(f"{path}: cannot write this file into {path.parent}, {reason}; {mend}")
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -65,7 +65,7 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
         height_m = stated_height(command)
     source = open_source(command.source, topic=command.topic)
     save = command.save or default_path(command.source)
-    check_place(save)
+    check_place(save, "" if command.save else "--save FILE")
     check_kind(save, *CALIBRATION)
     size = source.image_size
     priors = stated_priors(command, size)

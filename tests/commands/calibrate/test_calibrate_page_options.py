@@ -59,3 +59,14 @@ def test_a_lens_of_another_camera_is_refused_by_the_page_too(source, tmp_path, c
     lens.write_text(camera_info_text(Calibration.from_camera(camera, ImageSize(128, 96))))
     assert main(["calibrate", str(source), "--no-open", "--port", "8391", "--lens", str(lens)]) == 2
     assert f"--lens {lens}: the lens is of pictures of 128x96, these are 128x72" in capsys.readouterr().err
+
+
+def test_beside_a_drive_on_a_card_that_cannot_be_written_the_option_for_another_place_is_named(
+    source, monkeypatch, capsys
+):
+    monkeypatch.setattr("fcw.files.os.access", lambda *_: False)  # the tests may run as root
+    from_clip = ["calibrate", str(source), "--from-clip", "--height", "1.3"]
+    assert main(from_clip) == 2
+    assert "it cannot be written to; name another folder with --save FILE\n" in capsys.readouterr().err
+    assert main([*from_clip, "--save", str(source.with_name("c.yaml"))]) == 2
+    assert "it cannot be written to; name another folder\n" in capsys.readouterr().err
