@@ -201,7 +201,7 @@ _TEXTS = ("rules", "notes")
 
 
 class SeriesBuilder:
-    """Gathers a series while a drive is written or read: some 70 bytes of memory a frame."""
+    """Gathers a series while a drive is written or read: some 110 bytes of memory a frame."""
 
     def __init__(self) -> None:
         self._columns = {name: array(_TYPECODES[np.dtype(kind)]) for name, kind in _COLUMNS.items()}
