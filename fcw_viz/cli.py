@@ -154,7 +154,7 @@ def _check_one_drive(command: Command, rest: list[str]) -> None:
         mend = (
             "`fcw batch` runs several, each for itself"
             if isinstance(command, RunCommand)
-            else "calibrate by one of them"
+            else "calibrate with one of them"
         )
         raise UserError(f"{rest[0]}: a second drive after {command.source}; expected one drive: {mend}")
 
