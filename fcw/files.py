@@ -141,4 +141,4 @@ def write_whole(path: Path, text: str) -> None:
         UserError: the file cannot be written there.
     """
     with whole_file(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+        partial.write_bytes(text.encode())  # line ends as they are: Windows would make two characters of them

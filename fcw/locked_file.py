@@ -81,6 +81,14 @@ class LockedFile:
             os.close(self._descriptor)
             self._descriptor = None
 
+    def remove(self, path: Path) -> None:
+        """Let go of the file, which is at `path`, and remove it; where that is refused it stays."""
+        if sys.platform == "win32":
+            self.close()  # an open file cannot be removed; one that somebody else opened meanwhile neither
+        with suppress(OSError):
+            path.unlink()
+        self.close()
+
     @property
     def _open_descriptor(self) -> int:
         if self._descriptor is None:

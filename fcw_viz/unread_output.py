@@ -1,5 +1,6 @@
 """Standard output and error whose reader may leave: `fcw run` before a `head` writes its whole log."""
 
+import codecs
 import io
 import os
 import sys
@@ -39,7 +40,8 @@ def _may_be_unread(stream: TextIO | None) -> TextIO:
         # Where Python shall keep nothing back (-u), nothing is kept back here.
         raw if stream.write_through else io.BufferedWriter(raw),
         stream.encoding,
-        stream.errors,
+        # Other code pages lack some of our characters: \xb1 in the place of one is better than no result.
+        stream.errors if codecs.lookup(stream.encoding).name == "utf-8" else "backslashreplace",
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
     )

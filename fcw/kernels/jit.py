@@ -150,8 +150,9 @@ def private_temporary_folder() -> Path | None:
     What is loaded from it is run: in a folder that all users share, another one may have made it before us.
     """
     user = os.getuid() if hasattr(os, "getuid") else None
-    folder = Path(tempfile.gettempdir()) / ("fcw-kernels" if user is None else f"fcw-kernels-{user}")
     try:
+        temporary = Path(tempfile.gettempdir())  # OSError where there is none at all
+        folder = temporary / ("fcw-kernels" if user is None else f"fcw-kernels-{user}")
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
     except OSError:

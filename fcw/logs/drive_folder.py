@@ -80,9 +80,7 @@ def drive_folder(out: Path, inputs: Iterable[Path]) -> Iterator[None]:
         for aside in out.glob(f"{EARLIER_PREFIX}{'[0-9a-f]' * 2 * _EARLIER_BYTES}"):
             _remove(aside, inputs)
     finally:
-        with suppress(OSError):
-            (out / LOCK_NAME).unlink()
-        lock.close()
+        lock.remove(out / LOCK_NAME)
 
 
 def _check(out: Path, name: str, inputs: Iterable[Path]) -> None:

@@ -8,7 +8,7 @@ import viser
 
 from fcw_viz.page.script import run_script
 
-_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 REMEMBERED = 60
 """Words of the browser by which its clock is known: clocks drift by milliseconds in an hour."""
 

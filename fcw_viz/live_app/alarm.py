@@ -12,7 +12,7 @@ from fcw.warning.types import WarningLevel
 from fcw_viz.page.script import run_script
 from fcw_viz.page.style import set_html
 
-_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 
 COMMANDS = {
     WarningLevel.ADVISORY: "Keep more distance",

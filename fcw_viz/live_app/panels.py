@@ -26,7 +26,7 @@ from fcw_viz.review_app.time.axis import TimeAxis
 from fcw_viz.review_app.time.strip import BOTTOM_PX, StripLayout
 from fcw_viz.review_app.words import why
 
-LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text()
+LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text(encoding="utf-8")
 TOP_PX = 8.0
 """Over the plots."""
 FIRST_LAYOUT = StripLayout(1040.0, 300.0)

@@ -15,7 +15,7 @@ from fcw_viz.page.controls import Run
 from fcw_viz.page.guard.viser_server import close_client, where
 from fcw_viz.page.script import run_script
 
-_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 
 OnMessage = Callable[[str], object]
 

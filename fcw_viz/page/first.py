@@ -6,8 +6,8 @@ from pathlib import Path
 
 from websockets.http11 import Response
 
-_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
-_STYLE = Path(__file__).with_suffix(".css").read_text()
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
+_STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")
 _BODY = b"<body>"
 _START = b"<script data-p="
 _WAITS = b'<script type="text/plain" data-p='

@@ -7,7 +7,7 @@ import viser
 
 from fcw_viz.page.script import run_script
 
-_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 
 
 def watch_link(client: viser.ClientHandle) -> None:

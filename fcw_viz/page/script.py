@@ -29,8 +29,8 @@ if (!window.fcwManners) {
 """
 """Enter and Escape leave a field, and a button or a slider let go of is left: keys are the page's again. A
 click on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
-_LAYOUT = Path(__file__).with_name("layout.js").read_text()
-_FIELDS = Path(__file__).with_name("fields.js").read_text()
+_LAYOUT = Path(__file__).with_name("layout.js").read_text(encoding="utf-8")
+_FIELDS = Path(__file__).with_name("fields.js").read_text(encoding="utf-8")
 
 
 def install(client: viser.ClientHandle, title: str) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import viser
 
-STYLE = f"<style>{Path(__file__).with_suffix('.css').read_text()}</style>"
-_SHEET = Path(__file__).with_name("sheet.css").read_text()
+STYLE = f"<style>{Path(__file__).with_suffix('.css').read_text(encoding='utf-8')}</style>"
+_SHEET = Path(__file__).with_name("sheet.css").read_text(encoding="utf-8")
 CROSSHAIR_STYLE = "<style>canvas[data-engine], div:has(> canvas) { cursor: crosshair !important; }</style>"
 """For pages on whose picture a click is a measurement."""
 

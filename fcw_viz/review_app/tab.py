@@ -21,7 +21,7 @@ from fcw_viz.review_app.triage.filter_bar import filter_messages
 
 FIRST_SIZE = ImageSize(1280, 720)
 """Of the picture before a drive is opened."""
-STRIP_MANNERS = Path(__file__).with_name("plots").joinpath("strip.js").read_text()
+STRIP_MANNERS = Path(__file__).with_name("plots").joinpath("strip.js").read_text(encoding="utf-8")
 
 
 class Tab(PageTab):

@@ -42,10 +42,10 @@ class Checkpoints:
                     f"{folder}: is there, and holds other things than a training's stages; move it away, or "
                     "name another --out"
                 )
-            if folder.exists() and (not mark.is_file() or mark.read_text() != digest):
+            if folder.exists() and (not mark.is_file() or mark.read_text(encoding="utf-8") != digest):
                 shutil.rmtree(folder)
             folder.mkdir(exist_ok=True)
-            mark.write_text(digest)
+            mark.write_text(digest, encoding="utf-8")
         except OSError as error:
             raise UserError(
                 f"{folder}: cannot keep the training's finished stages there ({error.strerror}); "

@@ -154,8 +154,7 @@ class Journal:
         if self._file.closed:
             return
         if self._events == 0:
-            with suppress(OSError):
-                self.path.unlink()
+            self._file.remove(self.path)
         self._file.close()
 
     def _append(self, value: dict[str, Any]) -> None:

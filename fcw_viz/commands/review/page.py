@@ -41,8 +41,8 @@ def review_in_page(command: ReviewCommand) -> int:
 
 
 def login_name() -> str:
-    """Who is logged in; a container may not know."""
+    """Who is logged in; a container may not know, nor a service on Windows, where there is no `pwd`."""
     try:
         return getpass.getuser()
-    except (KeyError, OSError):
+    except (ImportError, KeyError, OSError):
         return "reviewer"

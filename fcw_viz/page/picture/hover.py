@@ -13,7 +13,7 @@ from fcw_viz.page.picture.lines import LineOverlay, box_line
 from fcw_viz.page.picture.view import PictureView
 from fcw_viz.page.script import run_script
 
-_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text()
+_BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 REACH_PX = 3.0
 """A box is met this far beside it, in pixels of the screen: far vehicles are small."""
 

@@ -28,9 +28,10 @@ from fcw_viz.page.picture.plane import FACING_WXYZ, PicturePlane
 from fcw_viz.page.script import run_script
 
 _BROWSER_SIDE = "\n".join(
-    Path(__file__).with_name(f"{topic}.js").read_text() for topic in ("view", "away", "frames")
+    Path(__file__).with_name(f"{topic}.js").read_text(encoding="utf-8")
+    for topic in ("view", "away", "frames")
 )
-_TELL_DRAWN = Path(__file__).with_name("drawn.js").read_text()
+_TELL_DRAWN = Path(__file__).with_name("drawn.js").read_text(encoding="utf-8")
 # From above and the right, so that the sides of a box differ where it is seen from above.
 _LIGHT_FROM = (400.0, 0.0, 900.0)
 _SHADE = (90, 90, 90)

@@ -37,7 +37,7 @@ SHEET_WIDEST_PX = 699
 review_page.css has it, beside the strip."""
 PAGE_STYLE = (
     f"{STYLE}{sheet_style(SHEET_WIDEST_PX)}"
-    f"<style>{Path(__file__).with_name('review_page.css').read_text()}</style>"
+    f"<style>{Path(__file__).with_name('review_page.css').read_text(encoding='utf-8')}</style>"
 )
 
 
