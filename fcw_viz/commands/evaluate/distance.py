@@ -1,6 +1,8 @@
 """`fcw evaluate distance`: distances and closing speeds against measured ones."""
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +12,8 @@ from fcw.evaluation.distance.cues import Cue
 
 if TYPE_CHECKING:
     from fcw.evaluation.distance.kitti import DistanceEvaluation
+    from fcw.evaluation.distance.simulation import SimulatedCoverage
+    from fcw.evaluation.distance.tusimple_velocity import SingleBoxEvaluation
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +52,39 @@ METHODS = {"tracker": "estimated_m", "row alone": "row_m", "width 1.70 m": "widt
 
 
 def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
-    """Run `fcw evaluate distance`; returns the exit code."""
-    import math
-    from dataclasses import asdict
+    """Run `fcw evaluate distance`; returns the exit code.
 
-    from fcw.errors import UserError
-    from fcw.evaluation.distance.kitti import evaluate_distance, tracker_settings
+    Raises:
+        UserError: an option is out of its range, or the data cannot be read.
+    """
     from fcw.evaluation.distance.kitti_tracking import sequence_names
-    from fcw.evaluation.distance.leave_one_out import evaluate_left_out
-    from fcw.evaluation.distance.report import check_report_folder, write_report
-    from fcw.evaluation.distance.simulation import simulate_coverage
+    from fcw.evaluation.distance.report import write_report
     from fcw.evaluation.distance.tusimple_velocity import evaluate_single_boxes
-    from fcw_viz.console import RESULTS, print_json
+    from fcw_viz.console import print_json
+
+    _check_numbers(command)
+    names = sequence_names(command.kitti_tracking, command.sequences)
+    _check_report(command)
+    result, chosen = _evaluate_kitti(command, names)
+    single_boxes = (
+        evaluate_single_boxes(command.tusimple_velocity, command.seed) if command.tusimple_velocity else None
+    )
+    simulated = _simulate(command)
+    if command.samples is not None:
+        write_samples(result, command.samples)
+    if command.report is not None:
+        write_report(result, command.report)
+    if command.json:
+        print_json(_all_figures(command, result, chosen, single_boxes, simulated))
+    else:
+        print_tables(result)
+        _print_besides(chosen, single_boxes, simulated)
+    return 0
+
+
+def _check_numbers(command: EvaluateDistanceCommand) -> None:
+    """Raise a UserError for a number that is out of its range."""
+    from fcw.errors import UserError
 
     if not (math.isfinite(command.box_noise) and command.box_noise >= 0):
         raise UserError(f"--box-noise {command.box_noise:g}: expected pixels, 0 or more")
@@ -69,71 +94,89 @@ def run_evaluate_distance(command: EvaluateDistanceCommand) -> int:
         raise UserError(f"--pitch-error {command.pitch_error:g}: expected degrees between -5 and 5")
     if command.simulated_tracks < 0:
         raise UserError(f"--simulated-tracks {command.simulated_tracks}: expected 0 or more")
-    names = sequence_names(command.kitti_tracking, command.sequences)
-    if command.report is not None and not command.report.is_dir():
+
+
+def _check_report(command: EvaluateDistanceCommand) -> None:
+    """Raise a UserError, before the long run, where the report could not be written after it."""
+    from fcw.errors import UserError
+    from fcw.evaluation.distance.report import check_report_folder
+
+    if command.report is None:
+        return
+    if not command.report.is_dir():
         raise UserError(f"--report {command.report}: no such folder; create it first")
-    if command.report is not None:
-        check_report_folder(command.report)
+    check_report_folder(command.report)
+
+
+def _evaluate_kitti(
+    command: EvaluateDistanceCommand, names: Sequence[str]
+) -> "tuple[DistanceEvaluation, dict[str, str]]":
+    """The errors on KITTI tracking, and which constants were chosen for each sequence that was left out."""
+    from fcw.errors import UserError
+    from fcw.evaluation.distance.kitti import evaluate_distance
+    from fcw.evaluation.distance.leave_one_out import evaluate_left_out
+
     pitch_error_rad = math.radians(command.pitch_error)
-    if command.leave_one_out:
-        if len(names) < 2:
-            raise UserError("--leave-one-out: expected at least two sequences; name more with --sequences")
-        if command.without:
-            raise UserError("--leave-one-out uses all cues; leave out --without")
-        result, chosen = evaluate_left_out(
-            command.kitti_tracking, names, command.box_noise, command.seed, pitch_error_rad
-        )
-    else:
-        chosen = {}
-        result = evaluate_distance(
-            command.kitti_tracking, names, command.box_noise, command.seed, command.without, pitch_error_rad
-        )
-    second = (
-        evaluate_single_boxes(command.tusimple_velocity, command.seed) if command.tusimple_velocity else None
-    )
-    simulated = (
-        simulate_coverage(
-            command.simulated_tracks,
-            command.seed,
-            tracker_settings(command.box_noise, at_tyres=True),
-            command.box_noise,
-        )
-        if command.simulated_tracks
-        else None
-    )
-    if command.samples is not None:
-        write_samples(result, command.samples)
-    if command.report is not None:
-        write_report(result, command.report)
-    if command.json:
-        figures = as_json(result) | {"pitch_error_deg": command.pitch_error}
-        if chosen:
-            figures["chosen"] = chosen
-        if second is not None:
-            figures["tusimple"] = {name: asdict(errors) for name, errors in second.errors.items()}
-        if simulated is not None:
-            figures["simulated"] = asdict(simulated)
-        print_json(figures)
-        return 0
-    print_tables(result)
+    folder, noise_px, seed = command.kitti_tracking, command.box_noise, command.seed
+    if not command.leave_one_out:
+        return evaluate_distance(folder, names, noise_px, seed, command.without, pitch_error_rad), {}
+    if len(names) < 2:
+        raise UserError("--leave-one-out: expected at least two sequences; name more with --sequences")
+    if command.without:
+        raise UserError("--leave-one-out uses all cues; leave out --without")
+    return evaluate_left_out(folder, names, noise_px, seed, pitch_error_rad)
+
+
+def _simulate(command: EvaluateDistanceCommand) -> "SimulatedCoverage | None":
+    """How often the intervals of simulated tracks contain the truth; None where no tracks were asked for."""
+    from fcw.evaluation.distance.kitti import tracker_settings
+    from fcw.evaluation.distance.simulation import simulate_coverage
+
+    if not command.simulated_tracks:
+        return None
+    settings = tracker_settings(command.box_noise, at_tyres=True)
+    return simulate_coverage(command.simulated_tracks, command.seed, settings, command.box_noise)
+
+
+def _all_figures(
+    command: EvaluateDistanceCommand,
+    result: "DistanceEvaluation",
+    chosen: dict[str, str],
+    single_boxes: "SingleBoxEvaluation | None",
+    simulated: "SimulatedCoverage | None",
+) -> dict[str, Any]:
+    """All that was measured, with the keys that scripts rely on."""
+    figures = as_json(result) | {"pitch_error_deg": command.pitch_error}
+    if chosen:
+        figures["chosen"] = chosen
+    if single_boxes is not None:
+        figures["tusimple"] = {name: asdict(errors) for name, errors in single_boxes.errors.items()}
+    if simulated is not None:
+        figures["simulated"] = asdict(simulated)
+    return figures
+
+
+def _print_besides(
+    chosen: dict[str, str], single_boxes: "SingleBoxEvaluation | None", simulated: "SimulatedCoverage | None"
+) -> None:
+    """Print, below the tables, the chosen constants and the results on the other data."""
+    from fcw_viz.console import RESULTS
+
     for name, text in chosen.items():
         RESULTS.print(f"{name}: {text}")
-    if second is not None:
-        texts = (f"{name} {errors.median:.1%}" for name, errors in second.errors.items())
-        count = second.errors["tracker"].n
+    if single_boxes is not None:
+        texts = (f"{name} {errors.median:.1%}" for name, errors in single_boxes.errors.items())
+        count = single_boxes.errors["tracker"].n
         RESULTS.print(f"TuSimple, {count} single boxes, median error: {', '.join(texts)}")
     if simulated is not None:
         RESULTS.print(
             f"{simulated.tracks} simulated tracks: {simulated.part:.1%} end inside their 1-sigma interval, "
             f"median error {simulated.median_error:.1%}",
         )
-    return 0
 
 
 def as_json(result: "DistanceEvaluation") -> dict[str, Any]:
     """The result with the keys that scripts rely on; what is not known is NaN."""
-    from dataclasses import asdict
-
     coverage, low, high = result.coverage()
     figures = {name: asdict(errors) for name, errors in result.errors().items()}
     figures |= {
@@ -192,8 +235,6 @@ def print_tables(result: "DistanceEvaluation") -> None:
 
 def write_samples(result: "DistanceEvaluation", path: Path) -> None:
     """Write every sample as a line of a CSV file."""
-    from dataclasses import fields
-
     from fcw.evaluation.distance.kitti import DistanceSample
     from fcw.files import write_whole
 
