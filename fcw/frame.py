@@ -7,6 +7,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+FALLBACK_RATE_HZ = 25.0
+"""Of a video, a camera or a log that states no possible rate; frames keep their own times all the same."""
 LEAST_RANGE = 10
 """Of 256: the darkest of 200 night pictures of BDD100K has 27, a covered sensor with a noise of 2 has 7."""
 GRID = 32

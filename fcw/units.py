@@ -8,6 +8,8 @@ FEET_PER_METRE = 1 / 0.3048
 MPH_PER_MPS = 3600 / 1609.344
 KMH_PER_MPS = 3.6
 STANDARD_GRAVITY_MPS2 = 9.80665
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
 """A number as half of the world writes it; here it is written with a point."""
 

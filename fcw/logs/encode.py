@@ -11,7 +11,7 @@ from av.video.frame import PictureType, VideoFrame
 from av.video.reformatter import ColorRange, Colorspace
 
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize, VideoPacket
+from fcw.frame import FALLBACK_RATE_HZ, Frame, ImageSize, VideoPacket
 
 KEYFRAME_INTERVAL_NS = 1_000_000_000
 """Viewers that jump decode a second at most."""
@@ -19,7 +19,6 @@ _PRESET = "superfast"
 """At 1280x720 veryfast takes half again the time, ultrafast half again the bytes."""
 _QUALITY = "23"
 """x264's own default constant rate factor."""
-_FALLBACK_RATE_HZ = 25
 _SRGB_PRIMARIES = 1
 """ITU-T H.273: BT.709, whose primaries are sRGB's, and its transfer."""
 
@@ -46,7 +45,7 @@ class VideoEncoder:
         codec.colorspace = Colorspace.ITU601
         codec.color_range = ColorRange.MPEG
         codec.color_primaries = codec.color_trc = _SRGB_PRIMARIES  # unsaid, a browser guesses others
-        rate = Fraction(frame_rate_hz).limit_denominator(1001) or Fraction(_FALLBACK_RATE_HZ)
+        rate = Fraction(frame_rate_hz).limit_denominator(1001) or Fraction(FALLBACK_RATE_HZ)
         codec.framerate, codec.time_base = rate, 1 / rate
         codec.max_b_frames = 0
         # Keyframes are asked for by time, so that varying rates get one each second too.

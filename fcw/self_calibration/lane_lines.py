@@ -22,6 +22,7 @@ from fcw.frame import ImageSize
 from fcw.motion.lanes import FAINTEST, Lane, find_lane
 from fcw.motion.settings import MotionSettings
 from fcw.motion.view import RoadView
+from fcw.units import MAD_TO_SIGMA
 
 DISTANCES_M = np.geomspace(7.0, 35.0, 60)
 ASIDE_M = np.arange(-0.6, 0.601, 0.02)
@@ -58,7 +59,6 @@ bonnets pass for them.
 On 16 clips of strangers they met 4 % of the picture's height from the horizon in the median, 16 % at most. To
 the side they agreed with the drive to 1 %.
 """
-MAD_TO_SIGMA = 1.4826
 EVENLY_BENT_MPS = 60.0
 """On a road for this speed no bend grows: straight lines are looked for."""
 STRAIGHT_PER_M = 1 / 600

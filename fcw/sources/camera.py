@@ -18,7 +18,7 @@ from av.video.stream import VideoStream
 
 from fcw.bounded.pictures import DECODER_OPTIONS
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize
+from fcw.frame import FALLBACK_RATE_HZ, Frame, ImageSize
 from fcw.logs.decoded import bgr
 from fcw.sources.decoding import to_ns
 from fcw.sources.orientation import orientation, squaring
@@ -32,7 +32,6 @@ LONGEST_PAUSE_S = 5
 CONNECTING = "the camera is gone; connecting again"
 DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
 """FFmpeg's inputs for the cameras of a computer, which count them."""
-FALLBACK_RATE_HZ = 25.0
 OWN_CLOCKS = ("rtsp", "mpegts", "flv", "hls", "video4linux2,v4l2", "avfoundation")
 """Inputs whose times are the camera's own, whatever bursts the network makes of them; for others FFmpeg
 counts frames, and the arrival says more."""

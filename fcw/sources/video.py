@@ -14,7 +14,7 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize
+from fcw.frame import FALLBACK_RATE_HZ, Frame, ImageSize
 from fcw.logs.decoded import bgr
 from fcw.sources.decoding import (
     Decoding,
@@ -29,8 +29,6 @@ from fcw.sources.decoding import (
 from fcw.sources.orientation import orientation, squaring
 from fcw.units import NS_PER_S
 
-FALLBACK_FRAME_RATE_HZ = 25.0
-"""Only where a file states no rate that can be; frames keep their own times all the same."""
 MAXIMUM_FRAME_RATE_HZ = 1000.0
 FIRST_YEAR = 2000
 """Clocks that were never set begin in 1904, 1970 or 1980."""
@@ -138,7 +136,7 @@ class VideoSource:
             height, width = self._orient(self._square(blank)).shape[:2]
             self.image_size = ImageSize(width, height)
             rate_hz = float(stream.average_rate or stream.guessed_rate or 0)
-            self.frame_rate_hz = rate_hz if 0 < rate_hz <= MAXIMUM_FRAME_RATE_HZ else FALLBACK_FRAME_RATE_HZ
+            self.frame_rate_hz = rate_hz if 0 < rate_hz <= MAXIMUM_FRAME_RATE_HZ else FALLBACK_RATE_HZ
             codec = stream.codec_context
             self._other_form = ""
             if self._turn or self._squared:

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from fcw.frame import Frame
+from fcw.frame import FALLBACK_RATE_HZ, Frame
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.export.clip import DriveClip
 from fcw.logs.export.replay import replay, with_its_keyframe
@@ -19,8 +19,6 @@ from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer
 
 AROUND_S = 5.0
 """A clip begins so long before its event, and ends so long after it."""
-FALLBACK_RATE_HZ = 25.0
-"""Of a log that states no rate."""
 MOST_VIEWERS = 4
 """Rerun viewers at once; the oldest is ended for another one."""
 

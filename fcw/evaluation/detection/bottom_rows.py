@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fcw.evaluation.detection.figures import DetectionEvaluation
-
-MAD_TO_SIGMA = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+from fcw.units import MAD_TO_SIGMA
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fcw.errors import UserError
 from fcw.files import whole_file
-from fcw.frame import Frame, VideoPacket
+from fcw.frame import FALLBACK_RATE_HZ, Frame, VideoPacket
 from fcw.logs.encode import VideoEncoder
 from fcw.logs.export.clip import DriveClip
 from fcw.logs.pictures import LogPictures
@@ -23,7 +23,6 @@ Draw = Callable[[NDArray[np.uint8], FrameResult], None]
 
 TICKS_PER_S = 90_000
 """MP4's usual clock: 24, 25, 29.97, 30, 50, 59.94 and 60 frames a second are whole numbers of ticks."""
-FALLBACK_RATE_HZ = 25.0
 
 
 def write_overlay_mp4(path: Path, clip: DriveClip, draw: Draw, on_frame: Callable[[], None]) -> int:

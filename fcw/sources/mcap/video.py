@@ -15,13 +15,10 @@ from numpy.typing import NDArray
 
 from fcw.bounded.pictures import DECODER_OPTIONS
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize, VideoPacket
+from fcw.frame import FALLBACK_RATE_HZ, Frame, ImageSize, VideoPacket
 from fcw.logs.decoded import bgr
 from fcw.sources import h264
 from fcw.units import NS_PER_S
-
-FALLBACK_FRAME_RATE_HZ = 25.0
-"""Only for a single picture; frames keep their own times all the same."""
 
 REORDERING_PACKETS = 16
 """H.264 and its successors keep 16 pictures back at most; older packets have given theirs."""
@@ -258,7 +255,7 @@ def _decoder(codec_name: str) -> VideoCodecContext:
 def frame_rate_hz(times_ns: NDArray[np.int64]) -> float:
     """Pictures per second from the median step of rising times."""
     steps_ns = np.diff(times_ns)
-    return NS_PER_S / float(np.median(steps_ns)) if len(steps_ns) else FALLBACK_FRAME_RATE_HZ
+    return NS_PER_S / float(np.median(steps_ns)) if len(steps_ns) else FALLBACK_RATE_HZ
 
 
 def _even(size: ImageSize) -> ImageSize:
