@@ -1,6 +1,6 @@
 """Each way to calibrate a recorded clip, on real drives whose camera is known: what 30 m read, and how sure.
 
-    FCW_DATA=... python benchmarks/calibration/ways.py [--quick]
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/calibration/ways.py [--quick]
 
 The truth of the Udacity pictures is the lens of the chessboards with the dashes (14.63 m, California) and the
 lane lines (3.7 m apart), all clicked in the picture; that of the clips is `calibrations.txt`, from many
@@ -10,7 +10,6 @@ out the ways that look through a clip for vehicles.
 
 import argparse
 import math
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from real_drives import data_folder
 
 from fcw.camera.calibration import Calibration, Gaussian, GroundPoint, Priors
 from fcw.camera.ground_plane import GroundPlaneCamera
@@ -115,9 +115,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     boards = [cv2.imread(str(path)) for path in sorted((data / "udacity-chessboards").rglob("*.jpg"))]
     lens = lens_of_chessboards([np.asarray(board, np.uint8) for board in boards], (9, 6)).for_image_size(SIZE)
     for picture in PICTURES:
@@ -213,7 +211,8 @@ def _by_clip(path: Path, priors: Priors, height_m: Gaussian) -> Calibration:
     source = open_source(path)
     guess = rough_calibration(source.image_size, height_m.value, priors)
     detector = make_detector("acf-full", load_model("acf-full"), guess)
-    return calibrate_clip(source, detector, height_m, priors=priors).calibration
+    known = Known(Evidence(), source.image_size, height_m, priors=priors)
+    return calibrate_clip(source, detector, known).calibration
 
 
 def _known_speed(folder: Path) -> None:

@@ -27,6 +27,8 @@ TAPE_ERROR = 0.01
 """Of taped distances, all together, as a part of them: the tape sags, or lies askew."""
 MARK_ERROR_PART = 0.25
 """Of the tape's error, what each mark has for itself besides: it is laid and clicked by its edge."""
+CAR_CAMERA_HEIGHT_M, CAR_CAMERA_HEIGHT_SIGMA_M = 1.3, 0.12
+"""Above the road, of a lens at the mirror of an ordinary car."""
 UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M = 1.5, 0.5
 """Of a lens behind any windscreen, a sports car's to a lorry's, where lengths on the road tell the rest."""
 SIDE_SIGMA_M = 0.02

@@ -23,7 +23,7 @@ from fcw.camera.joint.known import Known
 from fcw.camera.joint.solve import calibrate_jointly
 from fcw.camera.lens.model import Lens
 from fcw.camera.lens.usual import usual_lens
-from fcw.camera.prior_sigmas import TAPE_ERROR
+from fcw.camera.prior_sigmas import CAR_CAMERA_HEIGHT_M, CAR_CAMERA_HEIGHT_SIGMA_M
 from fcw.camera.vanishing import PixelPoint
 from fcw.detection.detector import Detector
 from fcw.errors import UserError
@@ -38,7 +38,11 @@ from fcw.self_calibration.speed import MeanSpeed, mean_speed
 from fcw.self_calibration.turning.by_turns import LensByTurns, lens_by_turns
 from fcw.self_calibration.vehicles import DETECTED_EVERY_S, VehicleRulers
 
-VEHICLE_HEIGHTS_M = {"car": Gaussian(1.3, 0.12), "van": Gaussian(1.75, 0.25), "lorry": Gaussian(2.4, 0.35)}
+VEHICLE_HEIGHTS_M = {
+    "car": Gaussian(CAR_CAMERA_HEIGHT_M, CAR_CAMERA_HEIGHT_SIGMA_M),
+    "van": Gaussian(1.75, 0.25),
+    "lorry": Gaussian(2.4, 0.35),
+}
 """Of a camera at the windscreen of each class."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
 ANY_YAW_RAD = math.radians(15.0)
@@ -146,83 +150,51 @@ def rough_calibration(
 def calibrate_clip(
     source: Source,
     detector: Detector,
-    height_m: Gaussian,
-    evidence: Evidence | None = None,
-    priors: Priors | None = None,
+    stated: Known,
     speed_mps: float | None = None,
     on_frame: Callable[[], None] = lambda: None,
     turns: bool = True,
     asks_speed: bool = False,
     enough_s: float = math.inf,
-    axis_column_px: float | None = None,
-    reference_offset_m: float = 0.0,
-    click_sigma_px: float = 1.0,
-    tape_error: float = TAPE_ERROR,
 ) -> ClipCalibration:
     """Calibrate a recorded clip from what it shows and what is known besides.
 
     Args:
         source: pictures of the camera; straight ones where its lens is known (`fcw.sources.straight`).
         detector: that needs no calibration: it looks everywhere.
-        height_m: of the camera; a class of `VEHICLE_HEIGHTS_M` where nobody measured it.
-        evidence: what somebody clicked in a picture of the source.
-        priors: what else is stated.
+        stated: what somebody said, or clicked in a picture of the source. Its height is that of a class of
+            `VEHICLE_HEIGHTS_M` where nobody measured it.
         speed_mps: mean speed over the clip, where it is known.
         on_frame: called after each picture.
         turns: whether to look for the lens in the turns of the clip, where it is not stated.
         asks_speed: whether to look how fast the road goes by; a given speed needs it.
         enough_s: how much driving is enough.
-        axis_column_px: of straight pictures; None in the middle.
-        reference_offset_m: from the camera forward to where the distances of the evidence start.
-        click_sigma_px: standard deviation of a clicked column or row.
-        tape_error: of all distances of the evidence together, as a part of them.
 
     Raises:
         UserError: a speed is given, and the clip does not show how fast the road goes by.
     """
-    priors, evidence, size = priors or Priors(), evidence or Evidence(), source.image_size
-    guess = rough_calibration(size, height_m.value, priors, axis_column_px)
-    piece_s = None
+    priors, evidence = stated.priors, stated.evidence
+    guess = rough_calibration(stated.image_size, stated.height_m.value, priors, stated.axis_column_px)
     asks_turns = turns and priors.field_of_view_rad is None
-    look = partial(observe_clip, source, guess, detector, on_frame=on_frame, enough_s=enough_s)
-    seen = look(asks_turns=asks_turns)
-    is_cut = len(seen.parts_s) > 1
-    if is_cut:
-        piece_s = longest_of(seen.parts_s)
-        seen = look(piece_s, asks_turns=asks_turns)
-    if seen.moved_s is not None:
-        piece_s = _before_or_after(seen.moved_s, piece_s or WHOLE_CLIP_S)
-        seen = look(piece_s, asks_turns=asks_turns)
+    look = partial(
+        observe_clip, source, guess, detector, on_frame=on_frame, asks_turns=asks_turns, enough_s=enough_s
+    )
+    seen, piece_s, is_cut = _observe_one_piece(look)
     focal_px = None if seen.by_turns is None else seen.by_turns.focal_px
-    bent = None if seen.by_turns is None else seen.by_turns.bent_lens(size)
+    bent = None if seen.by_turns is None else seen.by_turns.bent_lens(stated.image_size)
     if bent is not None:
         if evidence == Evidence():
             return ClipCalibration(guess, seen, False, False, piece_s, focal_px, bent, is_cut=is_cut)
         seen = replace(seen, by_turns=None)
     told = seen.evidence()
     all_known = replace(evidence, travel_px=told.travel_px, rulers=told.rulers, focal_px=told.focal_px)
-    known = Known(
-        all_known,
-        size,
-        height_m,
-        reference_offset_m,
-        click_sigma_px,
-        priors,
-        tape_error=tape_error,
-        axis_column_px=axis_column_px,
-        rough=True,
-    )
+    known = replace(stated, evidence=all_known, rough=True)
     calibration, speed = calibrate_jointly(known), None
     if asks_speed or speed_mps is not None:
         frames = (frame for _, frame in pictures_of(source, piece_s or WHOLE_CLIP_S))
         speed = mean_speed(frames, calibration, on_frame, enough_s)
     if speed_mps is not None:
-        if speed is None:
-            raise UserError(
-                f"speed {speed_mps:g} m/s: the picture does not show how fast the road goes by, so the "
-                "speed gives no height; measure the camera's height"
-            )
-        known = replace(known, evidence=replace(all_known, scale_px_m=speed.scale_px_m(speed_mps)))
+        known = replace(known, evidence=replace(all_known, scale_px_m=_scale_px_m(speed, speed_mps)))
         calibration = calibrate_jointly(known)
     contradiction = None
     if evidence == Evidence() and priors.horizon_row_px is None:
@@ -241,6 +213,40 @@ def calibrate_clip(
         speed=speed,
         is_cut=is_cut,
     )
+
+
+def _observe_one_piece(
+    look: Callable[[tuple[float, float]], ClipObservations],
+) -> tuple[ClipObservations, tuple[float, float] | None, bool]:
+    """Look through the longest piece of a clip in which one camera stayed in its place.
+
+    Returns:
+        What the piece shows; from when to when it is, None where it is the whole clip; whether the clip is
+        cut.
+    """
+    seen, piece_s = look(WHOLE_CLIP_S), None
+    is_cut = len(seen.parts_s) > 1
+    if is_cut:
+        piece_s = longest_of(seen.parts_s)
+        seen = look(piece_s)
+    if seen.moved_s is not None:
+        piece_s = _before_or_after(seen.moved_s, piece_s or WHOLE_CLIP_S)
+        seen = look(piece_s)
+    return seen, piece_s, is_cut
+
+
+def _scale_px_m(speed: MeanSpeed | None, speed_mps: float) -> Gaussian:
+    """Pixels to the metre, by how fast the road goes by at a known speed.
+
+    Raises:
+        UserError: the picture does not show how fast it goes by.
+    """
+    if speed is None:
+        raise UserError(
+            f"speed {speed_mps:g} m/s: the picture does not show how fast the road goes by, so the "
+            "speed gives no height; measure the camera's height"
+        )
+    return speed.scale_px_m(speed_mps)
 
 
 def _before_or_after(moved_s: tuple[float, float], whole_s: tuple[float, float]) -> tuple[float, float]:

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from fcw.camera.calibration import Gaussian, GroundPoint, Priors
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.solve import calibrate
 from fcw.detection.choice import searching_detector
 from fcw.detection.detector import Detection
 from fcw.errors import UserError
-from fcw.frame import Frame, ImageSize
+from fcw.frame import Frame, ImageSize, Source
 from fcw.self_calibration.clip import (
     ClipObservations,
     calibrate_clip,
@@ -37,6 +38,12 @@ DEMO = Path(__file__).parents[2] / "recordings" / "demo" / "drive.mp4"
 DEMO_HORIZON_ROW_PX = 329.8
 LENS = Priors(Gaussian(math.radians(58), math.radians(3)))
 """As a data sheet would say it; the chessboards say 57.8 degrees."""
+UNSAID = Priors()
+
+
+def stated(source: Source, height_m: Gaussian, priors: Priors = UNSAID) -> Known:
+    """The height, and what else is said; nobody clicked anything."""
+    return Known(Evidence(), source.image_size, height_m, priors=priors)
 
 
 class Blind:
@@ -57,7 +64,7 @@ def test_a_clip_of_a_car_that_stands_gives_no_height_by_its_speed(data_dir, tmp_
     known = [speed for _, speed in speeds_seen(source.frames(), rough_calibration(source.image_size, 1.65))]
     assert sum(speed is not None for speed in known) > 10  # that it stands is known
     with pytest.raises(UserError, match="does not show how fast the road goes by"):
-        calibrate_clip(source, detector, Gaussian(1.65, 0.1), speed_mps=10.0)
+        calibrate_clip(source, detector, stated(source, Gaussian(1.65, 0.1)), speed_mps=10.0)
 
 
 @pytest.mark.slow
@@ -83,7 +90,7 @@ def test_the_udacity_clips_without_any_mark(clip, rows_px, true_height_m, height
     truth = calibrate(list(map(GroundPoint, (8, 15, 40), rows_px)), SIZE, true_height_m, exact=True)
     guess = rough_calibration(SIZE, height_m.value, priors)
     detector = searching_detector(guess)
-    shown = calibrate_clip(source, detector, height_m, priors=priors)
+    shown = calibrate_clip(source, detector, stated(source, height_m, priors))
     assert shown.shows_road
     found = shown.calibration
     row_px = truth.row_at(30.0)
@@ -165,7 +172,7 @@ class Fisheye(ForwardingSource):
 @pytest.mark.slow
 def test_a_clip_through_a_fisheye_tells_its_lens_and_nothing_else(data_dir):
     source = Fisheye(open_source(data_dir / "kitti-odometry-03" / "drive.mp4"))
-    found = calibrate_clip(source, Blind(), Gaussian(1.65, 0.05))
+    found = calibrate_clip(source, Blind(), stated(source, Gaussian(1.65, 0.05)))
     assert found.lens is not None
     assert found.lens.focal_x_px == pytest.approx(721.5, rel=0.15)
     straight = PlainLens(found.lens.focal_x_px, -1 / 3, (found.lens.column_px, found.lens.row_px))

@@ -76,7 +76,9 @@ def test_a_clip_is_as_unsure_as_it_contradicts_itself_unless_the_horizon_is_stat
     monkeypatch.setattr("fcw.self_calibration.clip.observe_clip", lambda *_args, **_kwargs: seen)
     source = open_source(DEMO)
     detector = searching_detector(rough_calibration(source.image_size, 1.3))
-    found = calibrate_clip(source, detector, Gaussian(1.3, 0.05), priors=Priors(horizon_row_px=stated))
+    priors = Priors(horizon_row_px=stated)
+    height_m = Gaussian(1.3, 0.05)
+    found = calibrate_clip(source, detector, Known(Evidence(), source.image_size, height_m, priors=priors))
     sigma_px = camera_sigmas(found.calibration).horizon_row_px
     if stated is None:
         assert found.contradiction is not None

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.detection.choice import searching_detector
 from fcw.frame import Frame, ImageSize
 from fcw.self_calibration.clip import ClipCalibration, ClipObservations, calibrate_clip, rough_calibration
@@ -36,7 +38,7 @@ class Edited(VideoSource):
 
 def calibrated(source: VideoSource) -> ClipCalibration:
     detector = searching_detector(rough_calibration(source.image_size, 1.3))
-    return calibrate_clip(source, detector, Gaussian(1.3, 0.12))
+    return calibrate_clip(source, detector, Known(Evidence(), source.image_size, Gaussian(1.3, 0.12)))
 
 
 @pytest.mark.slow

@@ -11,6 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcw.camera.calibration import Gaussian
+from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.detection.choice import searching_detector
 from fcw.frame import Frame
 from fcw.self_calibration.clip import BEFORE_MOVE_S, calibrate_clip, rough_calibration
@@ -66,7 +68,7 @@ class Knocked:
 def calibrated(source):
     guess = rough_calibration(source.image_size, 1.3)
     detector = searching_detector(guess)
-    return calibrate_clip(source, detector, Gaussian(1.3, 0.12))
+    return calibrate_clip(source, detector, Known(Evidence(), source.image_size, Gaussian(1.3, 0.12)))
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ from fcw.camera.points import (
     check_repeats,
     distinct_distances,
 )
-from fcw.camera.prior_sigmas import UNKNOWN_HEIGHT_SIGMA_M
+from fcw.camera.prior_sigmas import CAR_CAMERA_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M
 from fcw.camera.solve import calibrate
 from fcw.camera.uncertainty import best_next_click, camera_sigmas, relative_errors, row_sigmas
 from fcw.camera.vanishing import combined, vanishing_row
@@ -60,10 +60,9 @@ from fcw_viz.calibrate_app.document.state import (
 from fcw_viz.calibrate_app.document.troubles import degenerate_troubles, implausible_troubles
 from fcw_viz.calibrate_app.document.ways.height import with_height_error
 
-ASSUMED_HEIGHT_M = 1.3
-"""A lens at the mirror of an ordinary car, for the preview until somebody says the height."""
 ASSUMED_OFFSET_M = 1.8
-"""From there to the front bumper of an ordinary car, for the preview."""
+"""From a lens at the mirror to the front bumper of an ordinary car, for the preview until somebody says it;
+the height is that of such a lens (`CAR_CAMERA_HEIGHT_M`)."""
 EFFECT_DISTANCE_M = 40.0
 """Where the effect of a belief is told, and the quality: a warning at 90 km/h comes from there."""
 CONTRADICTIONS = frozenset((FindingKind.RESIDUAL, FindingKind.PRIOR, FindingKind.HEIGHT))
@@ -128,7 +127,7 @@ def solve(document: Document, effects: bool = True) -> Solution:
     if calibration is None:
         return replace(incomplete, troubles=(*sky(), *lane_troubles))
     points = tuple(mark.ground_point for mark in facts.marks if mark.ground_point is not None)
-    known = stated(document, points, ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
+    known = stated(document, points, CAR_CAMERA_HEIGHT_M, ASSUMED_OFFSET_M)
     result = _result(document, facts, calibration, known)
     # Of what is implausible anyway a drag need not tell every reason.
     asks_more = effects or all(f.is_question or f.kind is FindingKind.PERIOD for f in result.findings)
@@ -197,7 +196,7 @@ def _calibration(document: Document, facts: _Facts) -> Calibration | None:
         check_order(points)
         return None
     check_reach(points)  # as the marks have them: of dashes the fit counts from the first
-    known = stated(document, tuple(points), ASSUMED_HEIGHT_M, ASSUMED_OFFSET_M)
+    known = stated(document, tuple(points), CAR_CAMERA_HEIGHT_M, ASSUMED_OFFSET_M)
     # Points that fit no camera are found by their rows, also where much else is known.
     enough = len(distinct_distances([p.distance_m for p in points])) + facts.priors.count >= PARAMETER_COUNT
     bent = known.lens is not None or known.bend is not None
@@ -229,7 +228,7 @@ def _of_rows(document: Document, priors: Priors, points: Sequence[GroundPoint]) 
         )
 
     if document.height_m is None:
-        calibration = with_height(ASSUMED_HEIGHT_M)
+        calibration = with_height(CAR_CAMERA_HEIGHT_M)
         with suppress(UserError):  # one so far off may determine no camera
             return with_height_error(calibration, UNKNOWN_HEIGHT_SIGMA_M, with_height)
         return calibration

@@ -140,7 +140,7 @@ class Solution:
         troubles: what is wrong.
         lane_horizon: row where the two lane lines meet, with its standard deviation; None without them.
         height_assumed: whether the height has still to be said, so that one was assumed for the preview
-            (`fcw_viz.calibrate_app.document.solution.ASSUMED_HEIGHT_M`); the status is incomplete then.
+            (`fcw.camera.prior_sigmas.CAR_CAMERA_HEIGHT_M`); the status is incomplete then.
         effects: of the beliefs, by the name of the document's field ("field_of_view", "principal_row",
             "horizon", "lane_lines"); only of those that are stated.
     """

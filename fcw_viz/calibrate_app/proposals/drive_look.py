@@ -16,7 +16,9 @@ import numpy as np
 
 from fcw.camera.calibration import Calibration, Gaussian
 from fcw.camera.ground_plane import GroundPlaneCamera
-from fcw.camera.joint.evidence import Ruler
+from fcw.camera.joint.evidence import Evidence, Ruler
+from fcw.camera.joint.known import Known
+from fcw.camera.prior_sigmas import CAR_CAMERA_HEIGHT_M
 from fcw.camera.straight import Orientation
 from fcw.detection.choice import searching_detector
 from fcw.errors import UserError
@@ -37,8 +39,8 @@ from fcw_viz.page.pictures import Pictures
 
 LOGGER = logging.getLogger(__name__)
 
-ASSUMED_HEIGHT_M, ASSUMED_VIEW_RAD = 1.3, math.radians(65.0)
-"""The field of view is that along the longer side of the picture."""
+ASSUMED_VIEW_RAD = math.radians(65.0)
+"""Along the longer side of the picture."""
 ENOUGH_S = 10.0
 """Of driving."""
 LEAST_KNOWN_PART = 0.5
@@ -125,8 +127,8 @@ def look_at(pictures: Pictures, going_on: Callable[[], bool] = lambda: True) -> 
     try:
         found = calibrate_clip(
             pictures.source,
-            searching_detector(rough_calibration(size, ASSUMED_HEIGHT_M)),
-            VEHICLE_HEIGHTS_M["car"],
+            searching_detector(rough_calibration(size, CAR_CAMERA_HEIGHT_M)),
+            Known(Evidence(), size, VEHICLE_HEIGHTS_M["car"]),
             on_frame=on_frame,
             turns=False,
             asks_speed=True,
@@ -358,4 +360,4 @@ def assumed_camera(size: ImageSize, horizon: Gaussian | None = None) -> GroundPl
     focal_px = max(size.width, size.height) / 2 / math.tan(ASSUMED_VIEW_RAD / 2)
     middle_px = (size.height - 1) / 2
     pitch_rad = 0.0 if horizon is None else math.atan((middle_px - horizon.value) / focal_px)
-    return GroundPlaneCamera(pitch_rad, focal_px, middle_px, ASSUMED_HEIGHT_M, (size.width - 1) / 2)
+    return GroundPlaneCamera(pitch_rad, focal_px, middle_px, CAR_CAMERA_HEIGHT_M, (size.width - 1) / 2)

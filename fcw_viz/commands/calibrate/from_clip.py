@@ -11,6 +11,7 @@ import numpy as np
 from fcw.camera.calibration import Calibration, Gaussian, Priors
 from fcw.camera.file import default_path
 from fcw.camera.joint.evidence import Evidence
+from fcw.camera.joint.known import Known
 from fcw.camera.lens.model import Lens
 from fcw.camera.points import check_each, check_priors
 from fcw.camera.straight import LEVEL
@@ -153,19 +154,17 @@ def _look(
         view = Gaussian(view_rad, lens_sigma * math.sin(view_rad))
         priors = Priors(view, Gaussian(lens.row_px, 3.0), priors.horizon_row_px)
     detector = searching_detector(guess)
-    return calibrate_clip(
-        source,
-        detector,
-        height_m,
+    stated = Known(
         evidence,
+        size,
+        height_m,
+        command.reference_offset,
+        command.row_sigma,
         priors,
-        speed_mps=command.speed,
-        on_frame=on_frame,
-        axis_column_px=column_px,
-        reference_offset_m=command.reference_offset,
-        click_sigma_px=command.row_sigma,
         tape_error=command.tape_error,
+        axis_column_px=column_px,
     )
+    return calibrate_clip(source, detector, stated, command.speed, on_frame)
 
 
 def _of_pictures(calibration: Calibration, lens: Lens, evidence: Evidence) -> Calibration:

@@ -55,8 +55,8 @@ def test_bars_are_left_out_of_the_fit_and_are_in_the_saved_file(tmp_path, monkey
     camera = GroundPlaneCamera(0.03, 500.0, 179.5, 1.3, 319.5)
     asked = []
 
-    def look(source, _detector, _height_m, evidence, priors, **_others):
-        asked.append((source.image_size, evidence, priors))
+    def look(source, _detector, stated, *_args, **_others):
+        asked.append((source.image_size, stated.evidence, stated.priors))
         calibration = Calibration.from_camera(camera, source.image_size)
         seen = ClipObservations(None, None, (), 5)
         return ClipCalibration(calibration, seen, shows_road=True, by_motion=True)

@@ -15,6 +15,7 @@ from fcw.camera.joint.evidence import VEHICLE_WIDTH_M, Ruler
 from fcw.camera.joint.plates import OVERHANG_M, PLATE_WIDTHS_M
 from fcw.camera.lens.usual import across_picture
 from fcw.camera.prior_sigmas import (
+    CAR_CAMERA_HEIGHT_M,
     HORIZON_ROW_SIGMA_PX,
     PRINCIPAL_ROW_SIGMA_HEIGHTS,
     UNKNOWN_FIELD_OF_VIEW_DEG,
@@ -32,7 +33,7 @@ from fcw_viz.calibrate_app.document.ways.presets import (
     SpacedPreset,
 )
 
-TYPICAL_VIEW_RAD, TYPICAL_PITCH_RAD, TYPICAL_HEIGHT_M = math.radians(65.0), math.radians(2.0), 1.3
+TYPICAL_VIEW_RAD, TYPICAL_PITCH_RAD = math.radians(65.0), math.radians(2.0)
 """The camera of the examples."""
 
 
@@ -135,7 +136,7 @@ def clicks_corners(document: Document) -> bool:
 def _typical(size: ImageSize) -> GroundPlaneCamera:
     focal_px = max(size.width, size.height) / 2 / math.tan(TYPICAL_VIEW_RAD / 2)
     return GroundPlaneCamera(
-        TYPICAL_PITCH_RAD, focal_px, (size.height - 1) / 2, TYPICAL_HEIGHT_M, (size.width - 1) / 2
+        TYPICAL_PITCH_RAD, focal_px, (size.height - 1) / 2, CAR_CAMERA_HEIGHT_M, (size.width - 1) / 2
     )
 
 
@@ -146,7 +147,7 @@ def _with_marks(*distances_m: float) -> Callable[[ImageSize], Document]:
             Mark(number, camera.principal_column_px, camera.row_at(distance_m), distance_m)
             for number, distance_m in enumerate(distances_m, 1)
         )
-        return Document(size, marks, len(marks) + 1, height_m=TYPICAL_HEIGHT_M)
+        return Document(size, marks, len(marks) + 1, height_m=CAR_CAMERA_HEIGHT_M)
 
     return example
 
@@ -156,7 +157,7 @@ def _without_marks(size: ImageSize) -> Document:
     lens = TYPICAL_LENSES[0]
     return Document(
         size,
-        height_m=TYPICAL_HEIGHT_M,
+        height_m=CAR_CAMERA_HEIGHT_M,
         height_sigma_m=MEASURED_SIGMA_M,
         field_of_view=Belief(replace(lens, view_rad=TYPICAL_VIEW_RAD).across(size)),
         principal_row=middle_row(size),

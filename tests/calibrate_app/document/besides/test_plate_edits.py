@@ -4,6 +4,7 @@ import pytest
 
 from fcw.camera.calibration import Gaussian
 from fcw.camera.file import calibration_text, parse_calibration
+from fcw.camera.prior_sigmas import CAR_CAMERA_HEIGHT_M
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw_viz.calibrate_app.document.besides.plates import (
@@ -17,7 +18,7 @@ from fcw_viz.calibrate_app.document.edit_form import edit_from_json, edit_to_jso
 from fcw_viz.calibrate_app.document.resume import document_of
 from fcw_viz.calibrate_app.document.solution import calibration_of, solve
 from fcw_viz.calibrate_app.document.state import Status
-from fcw_viz.calibrate_app.document.ways.ways import PLATES, TYPICAL_HEIGHT_M, WAYS
+from fcw_viz.calibrate_app.document.ways.ways import PLATES, WAYS
 
 SIZE = ImageSize(1280, 720)
 WAY = next(way for way in WAYS if way.key == PLATES)
@@ -44,7 +45,7 @@ def test_three_clicks_are_a_plate_and_two_plates_a_camera():
     assert solution.status is Status.GOOD
     assert solution.can_save
     assert solution.result is not None
-    assert solution.result.calibration.camera.height_m == pytest.approx(TYPICAL_HEIGHT_M, rel=0.1)
+    assert solution.result.calibration.camera.height_m == pytest.approx(CAR_CAMERA_HEIGHT_M, rel=0.1)
 
 
 def test_the_file_brings_plates_and_their_width_back():
