@@ -8,15 +8,14 @@ figure is their mean. "clear": vehicles that nothing hides (`occluded` 0). Valid
 """
 
 import argparse
-import os
 import statistics
-import sys
 from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 
 import cv2
 from lines import say, say_row, where_and_with_what
+from real_drives import data_folder
 from rich.console import Console
 from rich.progress import Progress
 
@@ -122,9 +121,7 @@ def main() -> None:
     parser.add_argument("--models", type=Path, nargs="+", default=[SHIPPED_MODEL_PATH])
     parser.add_argument("--report", type=Path, help="folder for the pages of misses and false positives")
     arguments = parser.parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     models = [Model.load(path) for path in arguments.models]
     cv2.setNumThreads(1)
     say(where_and_with_what())

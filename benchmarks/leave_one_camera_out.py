@@ -11,7 +11,6 @@ goes on from there, and a finished one is printed again without training.
 
 import argparse
 import json
-import os
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +21,7 @@ from typing import Any
 import cv2
 import numpy as np
 from lines import say, say_row, where_and_with_what
+from real_drives import data_folder
 
 from fcw.detection.choice import DetectorModel, load_model
 from fcw.detection.model import Model
@@ -67,11 +67,10 @@ PARTS = ".parts"
 
 def main() -> None:
     arguments = parsed()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
+    data = data_folder()
     cv2.setNumThreads(1)
     try:
-        run(arguments, Path(os.environ["FCW_DATA"]))
+        run(arguments, data)
     except UserError as error:
         sys.exit(str(error))
 

@@ -10,8 +10,7 @@ high of which half are lost, leaving out each camera. Last, of the data's clips 
 their pictures something is said. Lengths are px at a width of 640. Takes about four minutes on one core.
 """
 
-import os
-import sys
+import argparse
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ import cv2
 import numpy as np
 from lines import say, say_row, where_and_with_what
 from numpy.typing import NDArray
+from real_drives import data_folder
 from rich.console import Console
 from rich.progress import track
 from scipy.optimize import minimize
@@ -136,10 +136,9 @@ class Tally:
 
 
 def main() -> None:
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     cv2.setNumThreads(1)
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     tallies = look_everywhere(read_cameras(data))
     say(where_and_with_what())
     print_ways(tallies)

@@ -11,7 +11,6 @@ Takes two minutes on one core.
 """
 
 import argparse
-import os
 import sys
 from collections import Counter
 from collections.abc import Mapping
@@ -22,6 +21,7 @@ import cv2
 import numpy as np
 from lines import say, say_row, where_and_with_what
 from numpy.typing import NDArray
+from real_drives import data_folder
 from rich.console import Console
 from rich.progress import track
 from scipy.optimize import minimize
@@ -69,11 +69,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--model", type=Path, default=SHIPPED_NET_PATH)
     arguments = parser.parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
+    data = data_folder()
     cv2.setNumThreads(1)
     try:
-        boxes, tallies = look_at(NetModel.load(arguments.model), read_cameras(Path(os.environ["FCW_DATA"])))
+        boxes, tallies = look_at(NetModel.load(arguments.model), read_cameras(data))
     except UserError as error:
         sys.exit(str(error))
     say(where_and_with_what())

@@ -1,6 +1,6 @@
 """Draws the SFND drive: distance and TTC of the program, end to end from pixels, beside the lidar's.
 
-    FCW_DATA=... python docs/chart_sfnd.py CALIBRATION docs/images
+    FCW_DATA=DIR python docs/chart_sfnd.py CALIBRATION docs/images
 
 The lidar's closing speed is the slope of a straight line through its distances of a second about each frame.
 """
@@ -28,14 +28,19 @@ LONGEST_TTC_S = 20.0
 
 
 def main() -> None:
-    """Run the drive, print how well it went, and write sfnd-distance.svg and sfnd-ttc.svg."""
+    """Read the command line and draw."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("calibration", type=Path, help="calibration file of the drive")
-    parser.add_argument("out", type=Path, help="folder of the two charts")
-    arguments = parser.parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    folder = Path(os.environ["FCW_DATA"]) / "kitti-sfnd"
+    parser.add_argument("calibration", type=Path, help="file of the drive's calibration")
+    parser.add_argument("out", type=Path, help="folder for sfnd-distance.svg and sfnd-ttc.svg")
+    options = parser.parse_args()
+    data = os.environ.get("FCW_DATA")
+    if not data:
+        sys.exit("FCW_DATA is not set: set it to the folder of real drives")
+    draw(Path(data) / "kitti-sfnd", options.calibration, options.out)
+
+
+def draw(folder: Path, calibration_path: Path, out: Path) -> None:
+    """Run the drive, print how well it went, and write sfnd-distance.svg and sfnd-ttc.svg."""
     with (folder / "lead_lidar_distance.csv").open(encoding="utf-8") as file:
         lidar_m = np.array([float(row["cam_z_p10_m"] or "nan") for row in csv.DictReader(file)])
     times_s = np.arange(len(lidar_m)) / FRAME_RATE_HZ

@@ -6,6 +6,7 @@ Licences are what the metadata of each package say (Core Metadata 2.4: License-E
 else the first line of License).
 """
 
+import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
@@ -67,6 +68,7 @@ def table(packages: Iterable[Distribution]) -> str:
 
 def main() -> None:
     """Write the list."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     own = {one.name: one for one in brought("fcw", set())}
     more = {one.name: one for one in brought("fcw", set(), EXTRAS) if one.name not in own}
     text = HEAD + table(own.values()) + EXTRAS_HEAD + table(more.values())

@@ -7,6 +7,7 @@ and its time. The exit code is 1 if one of them fails. `tests/helpers/documents/
 and names what runs the other commands.
 """
 
+import argparse
 import os
 import shlex
 import shutil
@@ -23,7 +24,9 @@ from documents.commands import LONG, ROOT
 
 def main() -> int:
     """Run them."""
-    wanted, failed = "".join(sys.argv[1:2]), 0
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("word", nargs="?", default="", help="part of the commands that are run; default: all")
+    wanted, failed = parser.parse_args().word, 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "drives").mkdir()

@@ -4,6 +4,7 @@ fcw demo --no-serve
 python docs/theory_figures.py recordings/demo/out docs/images
 """
 
+import argparse
 import math
 import statistics
 import sys
@@ -25,7 +26,16 @@ EVERY = 5
 """Frames between the points of a curve."""
 
 
-def main(drive: Path, out: Path) -> None:
+def main() -> None:
+    """Read the command line and draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("drive", type=Path, help="folder of the shipped drive's log")
+    parser.add_argument("out", type=Path, help="folder for the figures")
+    options = parser.parse_args()
+    draw(options.drive, options.out)
+
+
+def draw(drive: Path, out: Path) -> None:
     """Write the figures, and print what they come to."""
     log = fcw.read_drive(drive)
     results, truth = list(log.results()), read_truth(drive.parent / "truth.csv")
@@ -156,4 +166,4 @@ def percent(values: list[float]) -> list[float]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main()

@@ -1,6 +1,6 @@
 """Where drives lead to, by their pictures alone, against the horizons of `calibrations.txt`.
 
-    FCW_DATA=... python benchmarks/calibration/leads_to.py [--piece-s 5]
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/calibration/leads_to.py [--piece-s 5]
 
 Whole clips, and pieces of them. Nothing is known of the camera, and no vehicle is left out. Errors are in
 degrees, with the field of view that is guessed for any camera.
@@ -8,12 +8,11 @@ degrees, with the field of view that is guessed for any camera.
 
 import argparse
 import math
-import os
 import sys
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import numpy as np
+from real_drives import data_folder
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.training.own_data import read_calibration_table
@@ -25,12 +24,10 @@ from fcw.sources import open_source
 
 def main() -> None:
     """Print errors, of whole clips and of pieces."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--piece-s", type=float, default=5.0, help="length of the pieces")
     piece_s = parser.parse_args().piece_s
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     table = read_calibration_table(data / "calibrations.txt")
     of_pieces: list[tuple[float, float]] = []
     pieces = 0

@@ -1,6 +1,6 @@
 """How far the likeness of pictures that follow each other is from that of pictures that do not.
 
-    FCW_DATA=... python benchmarks/motion/clip_cuts.py
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/motion/clip_cuts.py
 
 On the ten clips, the two drives of KITTI and the shipped one: steps within a view, and pairs drawn by chance
 from two cameras, from two drives of one camera, and from one view at least 3 s apart.
@@ -8,7 +8,6 @@ from two cameras, from two drives of one camera, and from one view at least 3 s 
 
 import argparse
 import math
-import os
 import random
 import sys
 from collections.abc import Iterator, Sequence
@@ -17,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from real_drives import data_folder
 
 from fcw.motion.flow import cuts
 from fcw.sources import open_source
@@ -33,8 +33,6 @@ _View = tuple[str, float, list[NDArray[np.float32]]]
 def main() -> None:
     """Print the least likeness of steps, and how many pairs have less than follow each other."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
     views = list(read_views())
     steps: dict[int, list[float]] = {upto: [] for upto in UP_TO_MS}
     for _, rate_hz, pictures in views:
@@ -61,7 +59,7 @@ def main() -> None:
 
 def read_views() -> Iterator[_View]:
     """Name, rate in Hz and small pictures of all that one camera saw without a cut."""
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     drives = [*sorted((data / "clips").glob("*.mp4")), data / "kitti-odometry-03" / "drive.mp4"]
     for path in [*drives, data / "kitti-sfnd" / "images", ROOT / "recordings" / "demo" / "drive.mp4"]:
         kitti = path.parent.name.startswith("kitti")

@@ -1,6 +1,6 @@
 """The whole job on clips that were given another rate, as converters and recorders do, against the clips.
 
-    FCW_DATA=... python benchmarks/motion/retimed.py
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/motion/retimed.py
 
 Each clip is encoded anew, as it is and in each other way, up to `LONGEST_S` of it. Of each way: median of the
 own speed over that of the clip at the same time, the part of the pictures in which it is known, and of the
@@ -8,7 +8,6 @@ vehicles within `FARTHEST_M` by how much distance and closing speed differ from 
 """
 
 import argparse
-import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +18,7 @@ import av
 import numpy as np
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
+from real_drives import data_folder
 
 from fcw.detection.training.own_data import read_calibration_table
 from fcw.job import DriveJob, run_drive
@@ -71,9 +71,7 @@ WAYS: dict[str, tuple[Callable[[Pictures], Iterator[NDArray[np.uint8]]], int]] =
 def main() -> None:
     """Print a line for each way and clip."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     table = read_calibration_table(data / "calibrations.txt")
     sys.stdout.write("way, clip: own speed; known; distance off; closing speed off in m/s; warnings\n")
     for name in CLIPS:

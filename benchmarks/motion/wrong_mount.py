@@ -1,20 +1,19 @@
 """Own motion on clips whose calibration has a wrong pitch: its belief at the end, and how often it knows the
 speed.
 
-    FCW_DATA=... python benchmarks/motion/wrong_mount.py
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/motion/wrong_mount.py
 
 With looks where the drive leads to, and by steps alone. The right pitches are those of `calibrations.txt`.
 """
 
 import argparse
 import math
-import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from real_drives import data_folder
 
 from fcw.camera.calibration import Calibration
 from fcw.detection.training.own_data import read_calibration_table
@@ -30,9 +29,7 @@ LONGEST_S = 15.0
 def main() -> None:
     """Print a line for each error of the pitch, with looks and without."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     table = read_calibration_table(data / "calibrations.txt")
     ends: dict[tuple[bool, int], list[tuple[float, float, float]]] = {}
     for path in sorted((data / "clips").glob("*.mp4")):

@@ -17,7 +17,6 @@ box.
 """
 
 import argparse
-import os
 import random
 import sys
 import tempfile
@@ -29,6 +28,7 @@ import numpy as np
 from chromium import WINDOW, chromium, option_parser
 from numpy.typing import NDArray
 from playwright.sync_api import Page
+from real_drives import data_folder
 
 from fcw.annotation.box_motion import interpolated
 from fcw.annotation.records import LabelledBox
@@ -300,9 +300,7 @@ def main() -> None:
     parser.add_argument("--step", type=int, default=5, help="frames from a drawn box to the next")
     parser.add_argument("--all", action="store_true", help="all clips, without the page")
     options = parser.parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    folder = Path(os.environ["FCW_DATA"]) / "kitti-tracking"
+    folder = data_folder() / "kitti-tracking"
     names = sorted(path.stem for path in (folder / "label_02").glob("*.txt"))
     sequences = {name: read_sequence(folder, name) for name in names}
     candidates = list(clips(list(sequences.values())))

@@ -1,6 +1,6 @@
 """Vehicles found with a calibration whose pitch is wrong: with fixed windows, and in a whole run.
 
-    FCW_DATA=... python benchmarks/tracking/wrong_pitch.py [--detector net]
+    FCW_DATA=DIR PYTHONPATH=benchmarks python benchmarks/tracking/wrong_pitch.py [--detector net]
 
 The right calibrations are those of `calibrations.txt`. Counted are the boxes that the right calibration finds
 and another one finds as well (IoU 0.5), in every 15th picture from the fifth to the fifteenth second of each
@@ -10,12 +10,13 @@ twenty minutes.
 
 import argparse
 import math
-import os
 import sys
 import tempfile
 import threading
 from dataclasses import replace
 from pathlib import Path
+
+from real_drives import data_folder
 
 import fcw
 from fcw.box import Box, shared_area
@@ -38,9 +39,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--detector", default="net")
     detector = parser.parse_args().detector
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
-    data = Path(os.environ["FCW_DATA"])
+    data = data_folder()
     table = read_calibration_table(data / "calibrations.txt")
     totals = {off_deg: [0, 0, 0, 0] for off_deg in OFF_DEG}
     for number, clip in enumerate(CLIPS, start=1):

@@ -10,7 +10,6 @@ shipped detector, which has seen these cameras.
 """
 
 import argparse
-import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +17,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from lines import say, say_row, where_and_with_what
+from real_drives import data_folder
 
 from fcw.box import Box
 from fcw.detection.choice import NET, load_model, make_detector
@@ -40,11 +40,10 @@ def main() -> None:
     parser.add_argument("--groups", nargs="+", help="only these, as `leave_one_camera_out.py` names them")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn")
     arguments = parser.parse_args()
-    if "FCW_DATA" not in os.environ:
-        sys.exit("set FCW_DATA to the folder of real drives")
+    data = data_folder()
     cv2.setNumThreads(1)
     try:
-        run(arguments, read_cameras(Path(os.environ["FCW_DATA"])))
+        run(arguments, read_cameras(data))
     except UserError as error:
         sys.exit(str(error))
 
