@@ -1,44 +1,30 @@
 """A clip that was edited: nothing of what was followed goes on over a cut, and a broken picture is no cut."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from drives.altered import DEMO, AlteredDrive, Picture
 
 from fcw.camera.file import read_calibration
 from fcw.detection.detector import Detection
-from fcw.frame import Frame
 from fcw.job import DriveJob, DriveOutcome, run_drive
 from fcw.logs.records import CUT, FrameResult
-from fcw.sources.video import VideoSource
 from fcw.threat.threat import Threat
 from fcw.warning.types import WarningLevel, WarningState
 
-DEMO = Path(__file__).parents[1] / "recordings" / "demo"
 CALIBRATION = read_calibration(DEMO / "drive.calibration.yaml")
 FRAMES = 90
 
 
-class EditedDrive(VideoSource):
+def edited(turned: Collection[int]) -> AlteredDrive:
     """Three seconds of the shipped drive; at some frames the camera hangs upside down."""
 
-    def __init__(self, turned: Collection[int]) -> None:
-        super().__init__(DEMO / "drive.mp4")
-        self._turned = turned
+    def alter(index: int, picture: Picture) -> Picture:
+        return np.ascontiguousarray(picture[::-1, ::-1]) if index in turned else picture
 
-    @property
-    def relays_video(self) -> bool:
-        return False
-
-    def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-        for frame in super().frames():
-            if frame.index == FRAMES:
-                return
-            image = frame.image
-            if frame.index in self._turned:
-                image = np.ascontiguousarray(image[::-1, ::-1])
-            yield Frame(frame.index, frame.time_ns, image)
+    return AlteredDrive(FRAMES, alter)
 
 
 class AlwaysOne:
@@ -55,7 +41,7 @@ def run(turned: Collection[int], out: Path, threads: int) -> tuple[list[FrameRes
     job = DriveJob(
         DEMO / "drive.mp4", out, CALIBRATION, detector=AlwaysOne(), detection_threads=threads, search_hz=0.0
     )
-    return results, run_drive(job, EditedDrive(turned), on_result=results.append)
+    return results, run_drive(job, edited(turned), on_result=results.append)
 
 
 @pytest.mark.parametrize("threads", [0, 2])
@@ -101,5 +87,5 @@ def test_a_policy_is_told_of_a_cut_before_it_judges_the_first_frame_after_it(tmp
     job = DriveJob(
         DEMO / "drive.mp4", tmp_path / "out", CALIBRATION, detector=AlwaysOne(), warning_policy=policy
     )
-    run_drive(job, EditedDrive(range(45, FRAMES)))
+    run_drive(job, edited(range(45, FRAMES)))
     assert policy.anew_at == [46]
