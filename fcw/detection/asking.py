@@ -1,4 +1,4 @@
-"""A detector is asked what is in a frame. It may be anybody's, so its answer is checked."""
+"""Runs a detector on a frame and checks its answer: the detector may be a user's own."""
 
 import math
 from dataclasses import replace
@@ -14,12 +14,12 @@ FARTHEST_PX = 1e6
 
 
 def vehicles_in(detector: Detector, frame: Frame) -> tuple[Detection, ...]:
-    """What a detector finds in a frame.
+    """Run a detector on a frame, and check what it returns.
 
-    It sees the picture and cannot change it: the tracker goes by the same one, and it is written to the log.
+    The picture that it gets is read-only: the tracker uses the same one, and it is written to the log.
 
     Raises:
-        UserError: it gives something else than detections, or a box or a score that is none.
+        UserError: it returns something else than detections, or a box or a score that is not valid.
     """
     shown = frame.image.view()
     shown.flags.writeable = False

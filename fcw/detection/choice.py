@@ -119,8 +119,8 @@ def make_detector(
         model: its model, as `load_model` gives it.
         calibration: for the size of the pictures.
         score_threshold: from which score a box counts; None: the model's own.
-        largest_scale: how far all but the last enlarge pictures; None: as far as they do by default.
-        for_tracker: whether it gives faint boxes as well; so far `net` does.
+        largest_scale: how far detectors other than `onnx:FILE` enlarge pictures; None: their default.
+        for_tracker: whether it gives faint boxes as well; only `net` can.
 
     Raises:
         UserError: there is no detector of that name, or by the calibration the road is not in the picture.
@@ -140,10 +140,10 @@ def make_detector(
 
 
 def searching_detector(guess: Calibration) -> Detector:
-    """A detector for pictures of a camera that nobody has calibrated: where the road is, is the question.
+    """A detector for pictures of an uncalibrated camera: it searches wherever the road may be.
 
     Args:
-        guess: of the camera, for the size of the pictures.
+        guess: a rough calibration, for the size of the pictures.
     """
     model = load_model(NET)
     assert isinstance(model, NetModel)

@@ -100,9 +100,9 @@ class LaterStages:
         self._memory = _memory(0, model.window.feature_count)
 
     def gate(self, score_threshold: float) -> float:
-        """Score from which windows matter for vehicles of a final score.
+        """Least score of the windows that matter for vehicles of at least a final score.
 
-        Others have no say in a box, and suppress only what is worse than they.
+        Worse windows have no say in a box, and suppress only windows that are worse still.
         """
         return min(score_threshold, UNDECIDED_SCORE)
 

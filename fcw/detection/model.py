@@ -245,7 +245,7 @@ class Model:
 
 
 def check_parts(model: Model) -> None:
-    """That the parts of a model fit together: the loops over trees do not look where they reach.
+    """Check that the parts of a model fit together: the loops over trees check no bounds.
 
     Raises:
         ValueError: they do not.

@@ -23,7 +23,7 @@ class SearchSchedule:
         least_hz: least number of pictures a second that are searched, if there are as many; 0 searches all.
 
     Attributes:
-        every: of so many pictures at the nominal rate one is searched.
+        every: one picture in so many is searched, at the nominal rate.
     """
 
     def __init__(self, frame_rate_hz: float, least_hz: float) -> None:

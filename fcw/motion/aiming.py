@@ -26,15 +26,17 @@ none."""
 
 
 def aim_at(mount: Mount) -> Aim:
-    """Where to look with a camera that is believed to be mounted so."""
+    """Where to look for vehicles, by the believed mount of the camera."""
     sigma_rad = mount.pitch_sigma_rad
     tolerance_rad = next(tolerance for upto, tolerance in TOLERANCES_RAD if sigma_rad <= upto)
     return Aim(mount.pitch_rad, tolerance_rad)
 
 
 def take_aim(detector: Detector, aim: Aim) -> None:
-    """Let a detector look there, if it goes by a calibration; where the road would be out of the picture it
-    keeps looking where it did."""
+    """Aim a detector, if it goes by a calibration.
+
+    Where the road would be out of the picture, the detector keeps its last aim.
+    """
     if isinstance(detector, AimedDetector):
         with suppress(UserError):
             detector.aim(aim)
@@ -43,8 +45,8 @@ def take_aim(detector: Detector, aim: Aim) -> None:
 class Aims:
     """The aim of each frame of a drive.
 
-    How many frames are under way at once depends on the threads. What is found must not: the aim of a frame
-    is what was believed a fixed number of frames before.
+    How many frames are in work at once depends on the number of threads, but the results must not. So the aim
+    of a frame is what was believed a fixed number of frames before.
 
     Args:
         mount: as believed before the first frame.
@@ -63,7 +65,7 @@ class Aims:
         return self._waiting.popleft()
 
     def believe(self, mount: Mount) -> None:
-        """Take what is believed after the next frame that was followed."""
+        """Take the mount as believed after the next frame that was followed."""
         aim = aim_at(mount)
         off_rad = abs(aim.pitch_rad - self._latest.pitch_rad)
         surely_off = off_rad > max(AIMED_ANEW_RAD, SURE_SIGMAS * mount.pitch_sigma_rad)

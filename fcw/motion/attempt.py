@@ -21,8 +21,8 @@ OWN_CAR_REACHES_M = (6.0, 8.0, 12.0)
 class Attempt:
     """What two pictures say if the motion was about as a filter expects it; the filter has taken it.
 
-    Who knows the motion also takes a turn that is beyond what springs mostly do: among speeds that are only
-    supposed it would make up for a wrong one.
+    Where the motion is known, a turn beyond what springs mostly do is taken as well. Where a speed is only
+    supposed it is not: it would make up for a wrong speed.
 
     Attributes:
         flow: the points that were followed.

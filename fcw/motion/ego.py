@@ -23,7 +23,7 @@ SHORTEST_LANE_STEP_S = 0.09
 
 
 class Ego(NamedTuple):
-    """What is believed of ourselves at one frame.
+    """Own motion and own path at one frame.
 
     Attributes:
         motion: own motion; its speed and yaw rate are the given ones where there are any.
@@ -41,7 +41,7 @@ class Ego(NamedTuple):
 
 
 def assumed_ego(speed_mps: float | None) -> Ego:
-    """Where at most the speed is known: we drive straight on."""
+    """Own motion and path where at most the speed is known: straight on."""
     return Ego(OwnMotion(speed_mps=speed_mps), assumed_path(speed_mps))
 
 
@@ -79,10 +79,10 @@ class EgoEstimator:
     ) -> Ego:
         """Take a frame.
 
-        One that is unlike those before tells nothing. After a cut all but the mount begins anew.
+        A picture that is unlike those before tells nothing. After a cut all but the mount starts anew.
 
         Args:
-            time_ns: of it; must not decrease.
+            time_ns: of the frame; must not decrease.
             image: (height, width, 3) BGR.
             boxes: of other vehicles in it.
             given_mps: own speed from elsewhere, which goes before the picture's; None when unknown.

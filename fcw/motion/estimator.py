@@ -118,7 +118,7 @@ class MotionEstimator:
         return state
 
     def after_cut(self) -> "MotionEstimator":
-        """Another one, for what comes after a cut: it believes the same of the mount and nothing else."""
+        """A new estimator for what comes after a cut; of all beliefs it keeps that in the mount."""
         other = MotionEstimator(self._calibration, self._settings)
         other._filter.take_mount(self._mount)
         other._mount = self._mount
@@ -222,12 +222,12 @@ class MotionEstimator:
 
     @property
     def picture(self) -> SmallPicture | None:
-        """The latest one that was used."""
+        """The latest picture that was used."""
         return self._last
 
     @property
     def view(self) -> RoadView:
-        """Where the road is in it, as believed now."""
+        """Where the road is in that picture, as believed now."""
         x = self._filter.x
         return self._follower.view.turned(float(x[MOUNT_PITCH] + x[SPRING]), float(x[MOUNT_ROLL]))
 

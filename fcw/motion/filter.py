@@ -65,7 +65,7 @@ class MotionFilter:
         self.p = np.diag(np.square(sigmas))
 
     def copy(self) -> "MotionFilter":
-        """Another one that believes the same."""
+        """A copy of its own, with the same beliefs."""
         other = object.__new__(MotionFilter)
         other._settings, other.x, other.p = self._settings, self.x.copy(), self.p.copy()
         return other
@@ -127,10 +127,10 @@ class MotionFilter:
         return by_state @ self.x, covariance, by_state
 
     def allow_nod(self, solution: Solution, mean: FloatArray, covariance: FloatArray) -> bool:
-        """Expect the turn that pictures tell, where springs hardly ever turn so far: a bump, a hard stop.
+        """Allow for a pitch beyond what springs mostly do, as over a bump or in a hard stop.
 
         Returns:
-            Whether that is so: what is expected has changed.
+            Whether the pictures tell such a pitch; then call `expect` again, as its result has changed.
         """
         off_rad = float(solution.unknowns[PITCH_TURN] - mean[PITCH_TURN])
         unexpected = (off_rad / NOD_SIGMAS) ** 2 - float(covariance[PITCH_TURN, PITCH_TURN])
@@ -156,12 +156,12 @@ class MotionFilter:
         return self.x[MOUNT].copy(), self.p[MOUNT, MOUNT].copy()
 
     def take_mount(self, mount: tuple[FloatArray, FloatArray]) -> None:
-        """Believe this of the mount, and that nothing else tells of it."""
+        """Set what is believed of the mount, independent of all else."""
         self.p[MOUNT, :] = self.p[:, MOUNT] = 0.0
         self.x[MOUNT], self.p[MOUNT, MOUNT] = mount
 
     def take_angle(self, place: int, believed: Gaussian) -> None:
-        """Believe this of an angle of the mount, and that nothing else tells of it."""
+        """Set what is believed of an angle of the mount, independent of all else."""
         self.p[place, :] = self.p[:, place] = 0.0
         self.x[place], self.p[place, place] = believed.value, believed.sigma**2
 
@@ -176,12 +176,12 @@ class MotionFilter:
         return float(self.x[YAW_RATE]), float(self.p[YAW_RATE, YAW_RATE])
 
     def take_yaw_rate(self, yaw_rate: tuple[float, float]) -> None:
-        """Believe this of the yaw rate, and that nothing else tells of it."""
+        """Set what is believed of the yaw rate, independent of all else."""
         self.p[YAW_RATE, :] = self.p[:, YAW_RATE] = 0.0
         self.x[YAW_RATE], self.p[YAW_RATE, YAW_RATE] = yaw_rate
 
     def forget_speed(self, speed_mps: float, sigma_mps: float) -> None:
-        """Suppose a speed anew."""
+        """Start anew with a supposed speed."""
         for state, value, sigma in (
             (SPEED, speed_mps, sigma_mps),
             (ACCELERATION, 0.0, self._settings.acceleration_sigma_mps2),

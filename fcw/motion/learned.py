@@ -35,7 +35,7 @@ HORIZON, FOCAL, AXIS = range(3)
 
 @dataclass(frozen=True, slots=True)
 class Learned:
-    """What came of it.
+    """A calibration as a drive corrected it.
 
     Attributes:
         calibration: of the pictures as the camera takes them.

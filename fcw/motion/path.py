@@ -66,7 +66,7 @@ class PathAhead:
 
 
 def own_path(motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0) -> OwnPath:
-    """The path by what is known of it: the mean of two Gaussians.
+    """The path by own motion and by the lane lines, each weighted by how well it is known.
 
     Args:
         motion: own motion; the mount turns the path against the camera's axis.

@@ -36,7 +36,7 @@ class RoadView:
 
     @classmethod
     def of(cls, camera: GroundPlaneCamera, factor: int) -> "RoadView":
-        """That of a camera as calibrated, for its pictures made smaller by a factor."""
+        """The view of a camera as calibrated, for its pictures made smaller by a factor."""
         return cls(
             camera.focal_y_px / factor,
             (camera.principal_column_px + 0.5) / factor - 0.5,
@@ -46,7 +46,7 @@ class RoadView:
         )
 
     def turned(self, road_pitch_rad: float, road_roll_rad: float) -> "RoadView":
-        """The same with the road as it is now."""
+        """The same view, of a road with these two angles."""
         return replace(self, road_pitch_rad=road_pitch_rad, road_roll_rad=road_roll_rad)
 
     def rays(self, places: NDArray[np.float32]) -> FloatArray:

@@ -80,7 +80,7 @@ class ClipObservations:
     parts_s: tuple[tuple[float, float], ...] = (WHOLE_CLIP_S,)
 
     def evidence(self) -> Evidence:
-        """As the joint fit takes it."""
+        """The observations as the joint fit takes them."""
         focal_px = None if self.by_turns is None else self.by_turns.focal_px
         return Evidence(travel_px=self.leads_to_px, rulers=self.rulers, focal_px=focal_px)
 
@@ -98,8 +98,8 @@ class ClipCalibration:
     """What a clip tells of its camera.
 
     Attributes:
-        calibration: with what is not known in its intervals.
-        seen: what it is made of.
+        calibration: the result; what is not known is in its intervals.
+        seen: the observations that it is made of.
         shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
         by_motion: whether the motion of the camera tells where the road lies.
         piece_s: the piece of the clip that it is made of and holds for, where the camera was moved in it, or
@@ -107,9 +107,9 @@ class ClipCalibration:
         focal_px: what the turns of the clip tell; None where they tell nothing, or the view was stated.
         lens: of a camera that bends straight lines, by the turns. Unless somebody clicked in a picture,
             nothing more was looked for: the calibration is a guess until the clip is seen through the lens.
-        contradiction: between its drive and its vehicles, which the intervals have; None where they agree, or
-            something else that was stated decides.
-        speed: by the pictures; None where that was not asked, or they do not tell.
+        contradiction: between its drive and its vehicles, which the intervals allow for. None where they
+            agree, or where something that was stated decides.
+        speed: mean speed by the pictures; None where it was not asked for, or they do not tell it.
         is_cut: whether the clip is cut.
     """
 
@@ -133,7 +133,7 @@ class ClipCalibration:
 def rough_calibration(
     image_size: ImageSize, height_m: float, priors: Priors | None = None, axis_column_px: float | None = None
 ) -> Calibration:
-    """A camera that nothing is known of but its height: the usual lens, looking slightly down."""
+    """A calibration where only the height is known: the usual lens, looking slightly down."""
     priors = priors or Priors()
     view = priors.field_of_view_rad or usual_lens(image_size).field_of_view_rad
     assert view is not None

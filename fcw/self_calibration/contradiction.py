@@ -22,7 +22,7 @@ class Contradiction:
     """How far apart a drive and its vehicles see the horizon.
 
     Attributes:
-        apart_rad: one from the other.
+        apart_rad: angle between the two horizons.
         sigmas: the same in sigmas of both together; more than 1.
     """
 
@@ -30,7 +30,7 @@ class Contradiction:
     sigmas: float
 
     def widened(self, calibration: Calibration) -> Calibration:
-        """The same camera, whose horizon is known less surely by so many times (Birge 1932)."""
+        """The calibration with the sigma of its horizon multiplied by `sigmas` (Birge 1932)."""
         camera = calibration.camera
         sigma_rad = camera_sigmas(calibration).horizon_row_px / camera.focal_y_px
         support_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m
@@ -41,7 +41,7 @@ class Contradiction:
 
 
 def contradiction_in(known: Known) -> Contradiction | None:
-    """Between the drive and the vehicles of what is known; None where they agree, or only one is there."""
+    """The contradiction between drive and vehicles; None where they agree, or one of them is missing."""
     evidence = known.evidence
     if evidence.travel_px is None or not evidence.rulers:
         return None

@@ -54,7 +54,7 @@ def mean_speed(
     on_frame: Callable[[], None] = lambda: None,
     enough_s: float = math.inf,
 ) -> MeanSpeed | None:
-    """None where the speed is hardly known, or the car stood for most of the time.
+    """The mean speed over a clip; None where it is hardly known, or the car stood for most of the time.
 
     Args:
         frames: straight pictures.

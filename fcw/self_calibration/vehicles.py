@@ -32,7 +32,7 @@ BONNET_PART = 0.03
 
 
 class VehicleRulers:
-    """Collects them, look by look.
+    """Collects the vehicles of a clip as rulers, picture by picture.
 
     A vehicle that stays is one ruler: the first time it is seen whole. So is what comes back to the same
     place: a lead that was missed for a moment, or the own bonnet.
@@ -48,7 +48,7 @@ class VehicleRulers:
         self._rulers: list[Ruler] = []
 
     def look(self, boxes: Sequence[Box]) -> list[Ruler]:
-        """Take what was found in a picture; gives the new ones."""
+        """Take the boxes found in a picture; returns the new rulers."""
         new: list[Ruler] = []
         for box in boxes:
             known = _any_overlaps(box, self._before, SAME_OVERLAP)
@@ -62,7 +62,7 @@ class VehicleRulers:
         return new
 
     def spread(self) -> tuple[Ruler, ...]:
-        """Some of all, evenly over all sizes: near and far ones tell different things."""
+        """Some of the rulers, evenly over all sizes: near and far ones tell different things."""
         ordered = sorted(self._rulers, key=lambda ruler: ruler.width_px)
         if len(ordered) <= RULER_COUNT:
             return tuple(ordered)
@@ -99,7 +99,7 @@ def vehicles_of(
 def ruler_of(box: Box, size: ImageSize) -> Ruler | None:
     """A box as a ruler; None where it is cut, small or far aside.
 
-    What shows its side is as wide as its height tells.
+    The width of a vehicle that shows its side is taken from its height.
     """
     left, right = (part * size.width for part in AHEAD_PARTS)
     whole = box.x > 1 and box.right < size.width - 2 and box.bottom < (1 - BONNET_PART) * size.height

@@ -49,14 +49,14 @@ cross."""
 
 @dataclass(frozen=True, slots=True)
 class PlaceAtContact:
-    """Where a vehicle will be.
+    """Where a vehicle will be, across our path, when we reach it.
 
     Attributes:
         offset_m: lateral position of the middle of its rear from the middle of our path, positive to the
             left.
-        sigma_m: 1-sigma.
-        comes_in: whether it surely comes nearer to our path's middle now: neither a bend nor the camera's
-            direction would explain how it moves.
+        sigma_m: 1-sigma of `offset_m`.
+        comes_in: whether it surely moves towards the middle of our path now: neither a bend nor the direction
+            of the camera could explain its motion.
         crosses: whether it moves across faster than anyone changes lane.
     """
 
@@ -81,8 +81,8 @@ def place_at_contact(
         track: the vehicle.
         path: our own.
         reference_offset_m: how far the reference of distances is ahead of the camera.
-        contact_s: time until then.
-        turn: our turning now; None takes the path to bend as we turn.
+        contact_s: time until we reach it.
+        turn: our turning now; None where it is unknown, and we are taken to turn as the path bends.
         oncoming: whether it surely comes towards us.
         own_mps: own speed, which tells how fast it drives along the road; None when unknown.
     """

@@ -13,10 +13,10 @@ def threats_of(tracker: Tracker, tracks: Sequence[Track], ego: Ego = NOTHING_KNO
     """The threats of a frame's vehicles, the most urgent first.
 
     Args:
-        tracker: after its update with that frame.
-        tracks: what the update gave.
-        ego: what the update was told. Where the own speed is not known the tracker's tells who comes towards
-            us.
+        tracker: the tracker, already updated with that frame.
+        tracks: the tracks that this update returned.
+        ego: the own motion and path that the update was given. Where these have no own speed, the one that
+            the tracker holds is used.
     """
     own_mps, own_sigma_mps = ego.motion.speed_mps, ego.motion.speed_sigma_mps
     if own_mps is None and (held := tracker.own_speed) is not None:

@@ -59,28 +59,33 @@ class Threat:
         track: the vehicle.
         is_lead: whether it is the lead, which headway is about.
         is_oncoming: whether it surely comes towards us.
-        reach_s: time until then, the growth of the closing speed in it; None when the gap does not close.
-        reach_low_s: 16th percentile; None as above.
-        reach_high_s: 84th percentile; inf where it may never be; None as above.
-        offset_m: of its middle from our path's then, positive to the left.
-        offset_sigma_m: 1-sigma.
-        comes_in: whether it surely moves towards our path's middle.
-        crosses: whether it surely moves across faster than anyone changes lane.
-        turn_known: whether our turning is known: else what stands beside a bend may seem to come in.
-        bend_changes: whether the bend of our path at the vehicle is little known: while we steer into a bend
-            or out of one, turn at an unknown speed, or drive through a bend whose lane lines are not seen, as
-            it may end. Who stands in our way now will mostly not, then.
-        lane_seen: whether our lane's lines are seen, so that what stands in it is known to.
-        overlap_now_m: of its width and ours where it is now; negative is the room between.
-        overlap_m: of them then.
+        reach_s: time until then, if the closing speed goes on growing as it does now; None when the gap does
+            not close.
+        reach_low_s: 16th percentile of `reach_s`; None when the gap does not close.
+        reach_high_s: 84th percentile of `reach_s`; inf where we may never reach it, None when the gap does
+            not close.
+        offset_m: distance of its middle from the middle of our path then, positive to the left.
+        offset_sigma_m: 1-sigma of `offset_m`.
+        comes_in: whether it surely moves towards the middle of our path.
+        crosses: whether it surely moves across our path faster than anyone changes lane.
+        turn_known: whether our turning is known. Where it is not, a vehicle that stands beside a bend may
+            seem to come in.
+        bend_changes: whether the curvature of our path at the vehicle is poorly known: while we steer into a
+            bend or out of one, turn at an unknown speed, or drive through a bend whose lane lines are not
+            seen, so that it may end. A vehicle that is in our way now will mostly not be in it then.
+        lane_seen: whether the lines of our lane are seen, so that a vehicle in it is known to be in it.
+        overlap_now_m: how far its width and ours overlap where it is now; negative: the room between them.
+        overlap_m: how far they overlap then, likewise.
         clear_s: for how long a vehicle that is in our way now will have left it then: the post-encroachment
-            time (Allen, Shin & Cooper 1978), 0 where it will not have left. None where it is not in our way
-            now, where nothing closes, and of who leaves and may come towards us: that takes it away.
-        overlap_probability: that the two widths overlap then.
-        collision_probability: that we hit it within `HORIZON_S` if nobody acts.
-        required_deceleration_mps2: constant braking from now on that just avoids that; None when not closing.
-        required_lateral_mps2: constant steering that passes it with a little room; 0 where there is that
-            anyway, None when not closing.
+            time (Allen, Shin & Cooper 1978); 0 where it will not have left. None where it is not in our way
+            now or the gap does not close, and where a vehicle that leaves may come towards us, which takes
+            that time away.
+        overlap_probability: probability that the two widths overlap then.
+        collision_probability: probability that we hit it within `HORIZON_S` if nobody acts.
+        required_deceleration_mps2: constant braking from now on that just avoids the collision; None when the
+            gap does not close.
+        required_lateral_mps2: constant lateral acceleration that steers past it with a little room; 0 where
+            there is room anyway, None when the gap does not close.
         drives: whether it surely drives along the road as we do.
     """
 
@@ -108,7 +113,7 @@ class Threat:
 
     @property
     def urgency(self) -> float:
-        """Braking needed, as likely as it is: what threats are ordered by."""
+        """Required deceleration times the probability of a collision: the order of threats."""
         return self.collision_probability * min(self.required_deceleration_mps2 or 0.0, 100.0)
 
 
@@ -121,15 +126,15 @@ def assess(
     turn: Turn | None = None,
     own_sigma_mps: float | None = None,
 ) -> tuple[Threat, ...]:
-    """The threats of all vehicles, the most urgent first, and after them those that may be none.
+    """Assess all vehicles: the most urgent threat first, doubtful vehicles last.
 
     Args:
-        tracks: of a frame.
+        tracks: all tracks of one frame.
         lead_id: which of them is the lead; None where the own path is free.
         path: our own.
         own_mps: own speed; None when unknown.
         reference_offset_m: how far the reference of distances is ahead of the camera.
-        turn: our turning now; None takes the path to bend as we turn.
+        turn: our turning now; None where it is unknown, and we are taken to turn as the path bends.
         own_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
     """
     threats = [
@@ -150,9 +155,10 @@ def assess(
 
 
 def reach_s(distance_m: float, closing_mps: float, growth_mps2: float) -> float | None:
-    """Time until a distance is used up if the closing speed goes on growing as it does (ISO 15623's ETTC).
+    """Time to cover a distance if the closing speed goes on growing as it does now (ISO 15623's ETTC).
 
-    A closing speed that shrinks counts as constant: whoever brakes may let go. None where nothing closes.
+    A closing speed that shrinks counts as constant, as a driver who brakes may let go. None when the gap does
+    not close.
     """
     if closing_mps <= 0:
         return None

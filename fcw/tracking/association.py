@@ -47,7 +47,7 @@ class Edges(NamedTuple):
     bottom: bool = True
 
     def both(self, other: "Edges") -> "Edges":
-        """Those that are here and there."""
+        """The edges that both have."""
         return Edges(*(here and there for here, there in zip(self, other, strict=True)))
 
     @property
@@ -73,7 +73,7 @@ def associate(
         found: in the picture.
         size: of the picture.
         settings: of the tracker.
-        least_iou: of a pair, beside what the settings ask of it.
+        least_iou: least IoU of a pair, besides the limits of the settings.
     """
     if not predicted or not found:
         return []
@@ -156,7 +156,7 @@ def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> E
 
 
 def cut_as_expected(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> Box:
-    """The box found, to the picture's border where the vehicle was expected to go on beyond it.
+    """The box found, extended to the picture's border where the vehicle was expected to go beyond it.
 
     A detector that sees part of a near vehicle may end its box a little inside the picture. Taken for the
     vehicle's own edge, that would make it narrower, or have it move towards our path.

@@ -94,7 +94,7 @@ ACROSS_M = 1.0
 
 
 def road_slope(path: OwnPath, distance_m: float) -> float:
-    """Of the road at a distance against the camera's axis, along which vehicles stand there."""
+    """Slope of the road against the camera's axis at a distance: vehicles there stand along it."""
     if abs(path.curvature_per_m) > SHARPEST_ROAD_PER_M:
         return path.heading_rad
     return max(-STEEPEST_SLOPE, min(path.slope_at(distance_m), STEEPEST_SLOPE))

@@ -127,14 +127,14 @@ class Followed:
         return None if turn_radps is None else -turn_radps * self._next_m
 
     def carry(self, time_ns: int, moved: Moved, we_drive: bool) -> bool:
-        """Take where the picture shows it, in place of what was predicted; False where it cannot be there.
+        """Move its box to where the picture shows it; False where it cannot be there.
 
         It counts as seen where the detector saw it long enough; see `FollowingSettings.credit`.
 
         Args:
             time_ns: of the frame.
             moved: where the picture shows it.
-            we_drive: whether it is known that we do: then what stands still in the picture is on the
+            we_drive: whether we are known to drive: then what stands still in the picture is on the
                 windscreen.
         """
         # On one road its lower edge goes down as it grows; what is followed elsewhere is something else.
@@ -163,7 +163,7 @@ class Followed:
         return time_ns - self._rest[0] > following.still_s * 1e9
 
     def lose(self) -> None:
-        """Whatever was carried is not this vehicle."""
+        """Stop carrying it: what the picture showed is not this vehicle."""
         self.looks.forget()
         if self.seen_by is SeenBy.PICTURE:
             self.seen_by = SeenBy.COASTING
@@ -220,7 +220,7 @@ class Followed:
         self.confirmed |= self._hits >= settings.confirm_hits and self._is_seen_often()
 
     def settle(self, time_ns: int) -> None:
-        """The frame's detections are taken: what is carried uses up what the detector vouched for."""
+        """End a frame, its detections taken: being carried uses up the credit that the detector gave."""
         if self.seen_by == SeenBy.PICTURE:
             self.last_ns = time_ns
             self._credit_s -= self._dt_s
@@ -260,7 +260,8 @@ class Followed:
 
     @property
     def found_lately(self) -> float:
-        """The same of the frames of the last seconds: one that was far for long was rarely found then."""
+        """The same over the last seconds alone: a vehicle that was far away for long was rarely found
+        then."""
         return self._lately.part
 
     def _is_seen_often(self) -> bool:

@@ -14,7 +14,8 @@ class RulerReading(NamedTuple):
     """Where a vehicle in sight puts the horizon, when its width is the ruler.
 
     Attributes:
-        vehicle: its track, and its kind: whoever turns out to be of another kind has another ruler.
+        vehicle: numbers of its track and of its kind: if it turns out to be of another kind, it is another
+            ruler.
         pitch_rad: how much lower than calibrated the camera looks if the vehicle is as wide as its kind is in
             the median.
         below_rad: how far its lower edge is below the horizon: a vehicle wider by a part shows a pitch higher

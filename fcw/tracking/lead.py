@@ -20,9 +20,9 @@ RIVAL_AHEAD_S = 1.5
 class Corridor:
     """The own path: a strip on the ground, straight or bent.
 
-    The middle of a vehicle's rear decides, where it will be in a moment: one that cuts in belongs to the path
-    before it is there, one that leaves it does so early. With lanes of 3.5 m a neighbour's middle is 3.5 m
-    away.
+    What counts is where the middle of the vehicle's rear will be in a moment: a vehicle that cuts in belongs
+    to the path before it is there, and one that leaves is let go early. With lanes of 3.5 m a neighbour's
+    middle is 3.5 m away.
 
     Attributes:
         enter_m: a vehicle this near the path's middle comes into it.
@@ -61,7 +61,7 @@ class Corridor:
 def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None) -> bool:
     """Whether the vehicle surely comes towards us: it closes faster than a standing one would.
 
-    Unknown own speed: never.
+    False where the own speed is unknown.
     """
     if ego_speed_mps is None:
         return False
@@ -73,7 +73,7 @@ def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: 
 def drives_along(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None) -> bool:
     """Whether the vehicle surely drives along the road as we do, and neither stands nor comes towards us.
 
-    Unknown own speed: never.
+    False where the own speed is unknown.
     """
     if ego_speed_mps is None:
         return False
@@ -84,7 +84,7 @@ def drives_along(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps:
 def may_come_towards_us(track: Track, ego_speed_mps: float | None) -> bool:
     """Whether the vehicle closes faster than a standing one would, by 1 sigma and without a margin.
 
-    Unknown own speed: it may.
+    True where the own speed is unknown.
     """
     if ego_speed_mps is None:
         return True

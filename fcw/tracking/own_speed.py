@@ -55,9 +55,10 @@ class OwnSpeed:
     def update(self, dt_s: float, speed_mps: float | None, sigma_mps: float) -> float:
         """Take the own speed at a frame.
 
-        A picture that is misread tells another speed at once. As a gain it would pass into the closing speeds
-        of all vehicles; it is left out until it has lasted, and then begun with anew. So is a given speed
-        after the picture's, and the picture's after it: by what their scales differ we became no faster.
+        A misread picture makes the speed jump. As a gain, the jump would enter the closing speeds of all
+        vehicles; so it is left out until it has lasted, and the filter then starts anew from it. The same
+        holds where a given speed follows the picture's, or the picture's a given one: the difference of their
+        scales is no gain.
 
         Args:
             dt_s: since the frame before.
@@ -65,9 +66,9 @@ class OwnSpeed:
             sigma_mps: 1-sigma; 0 where it was given.
 
         Returns:
-            By how much we became faster since the frame before. Where that is unknown, as where the speed is
-            known roughly, what we accelerated with last runs out: at once, it would pass for an acceleration
-            of every vehicle.
+            By how much we became faster since the frame before, in m/s. Where that is unknown, as where the
+            speed is known only roughly, the last acceleration fades out: dropped at once, it would pass for
+            an acceleration of every vehicle.
         """
         before_mps, self.gain_sigma_mps = self.speed_mps, 0.0
         lasting, coasted_mps = math.exp(-dt_s / ACCELERATION_S), self._acceleration_mps2 * dt_s

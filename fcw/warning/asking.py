@@ -1,4 +1,4 @@
-"""A policy is asked what to warn of. It may be anybody's, so its answer is checked."""
+"""Asks a warning policy for its warning and checks the answer: the policy may be a user's own."""
 
 from collections.abc import Sequence
 
@@ -11,16 +11,16 @@ from fcw.warning.types import WarningLevel, WarningPolicy, WarningState
 def state_by(
     policy: WarningPolicy, frame: Frame, threats: Sequence[Threat], ego_speed_mps: float | None
 ) -> WarningState:
-    """What a policy says at a frame.
+    """Ask a policy for its warning at a frame, and check the answer.
 
     Args:
-        policy: who is asked.
-        frame: whose time counts.
+        policy: the policy to ask.
+        frame: the frame; only its time is used.
         threats: see `WarningPolicy.update`.
         ego_speed_mps: own speed; None when unknown.
 
     Raises:
-        UserError: it gives something else than a state with a level.
+        UserError: the answer is not a `WarningState` with a `WarningLevel`.
     """
     state: object = policy.update(frame.time_ns, threats, ego_speed_mps)
     if not isinstance(state, WarningState):

@@ -25,12 +25,12 @@ class Driver:
     braking_mps2: float
 
     def slower(self, by_s: float) -> "Driver":
-        """A driver who takes so much longer to react; a negative time is a faster one."""
+        """The same driver, who reacts by so many seconds later; sooner where they are negative."""
         return replace(self, reaction_s=max(self.reaction_s + by_s, 0.0))
 
     @property
     def words(self) -> str:
-        """What is assumed of them."""
+        """Reaction time and braking in words, for a person to read."""
         return f"{self.reaction_s:.1f} s to react and {self.braking_mps2 / STANDARD_GRAVITY_MPS2:.2f} g"
 
     def needed_distance_m(self, closing_speed_mps: float) -> float:
@@ -86,7 +86,7 @@ class DriverRule:
     """The level is due when a driver who is warned now would only just avoid the crash.
 
     Attributes:
-        level: which.
+        level: the level that this rule raises.
         driver: who is warned.
         lead_goes_on: whether a change of the closing speed is taken to go on; without, it is the Euro NCAP
             driver model of MathWorks' example.

@@ -49,7 +49,7 @@ class EgoSpeed:
         longest_step_s: samples farther apart have a gap between them, in which the speed is unknown.
 
     Raises:
-        UserError: the times do not rise, a number is none of its kind, or there are not as many of each.
+        UserError: the times do not rise, a number cannot be of its kind, or the lists differ in length.
     """
 
     times_s: tuple[float, ...]

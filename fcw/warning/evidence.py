@@ -145,7 +145,7 @@ class Evidence:
     lost_s: float = 1.0
 
     def approach(self, vehicle: Track, own_mps: float | None, holding: bool) -> Approach:
-        """The vehicle by its means."""
+        """How the vehicle stands to us, by the mean of each estimate."""
         growth_mps2 = vehicle.closing_acceleration_mps2
         brakes = holding or surely_grows(vehicle)
         return Approach(
@@ -155,13 +155,14 @@ class Evidence:
         )
 
     def is_on_course(self, threat: Threat, holding: bool, was_on_course: bool = False) -> bool:
-        """Whether it will be in our way.
+        """Whether the vehicle will be in our way when we reach it.
 
         Args:
             threat: the vehicle.
             holding: whether it is warned of.
-            was_on_course: whether it was in the frame before: the rate at which it comes in is known to a few
-                tenths of a metre a second, and less sure for a frame it is not another vehicle.
+            was_on_course: whether it was on course in the frame before. Its lateral speed is known only to a
+                few tenths of a metre a second, so a vehicle that comes in need not show it anew in every
+                frame.
         """
         if threat.is_oncoming:
             if holding:
@@ -205,7 +206,7 @@ class Evidence:
         return self.minimum_course_s if self.is_imminent(threat) else self.minimum_lead_s
 
     def is_imminent(self, threat: Threat) -> bool:
-        """Whether there is no time to see more of it."""
+        """Whether the vehicle is reached too soon to wait for more evidence."""
         return threat.reach_s is not None and threat.reach_s <= self.imminent_s
 
     def is_upon_us(self, threat: Threat) -> bool:
@@ -220,10 +221,10 @@ class Evidence:
         return soon and in_our_way and threat.clear_s is not None and threat.clear_s <= self.just_before_s
 
     def is_too_early(self, threat: Threat, rule: Rule, own_mps: float | None) -> bool:
-        """Whether nobody needs a `warning` yet.
+        """Whether it is too early for a `warning` of this vehicle.
 
-        A lead that brakes goes on doing so in the time to its rear: what would be early, if it does not.
-        And it is warned of no later than one that keeps its speed.
+        The times to contact are those at the present closing speed. For a lead that brakes hard enough to be
+        reached soon it is never too early; else it is warned of no later than one that keeps its speed.
         """
         vehicle, growth_mps2 = threat.track, threat.track.closing_acceleration_mps2
         if surely_grows(vehicle) and threat.reach_s is not None and threat.reach_s <= self.latest_braking_s:
@@ -248,7 +249,7 @@ class Evidence:
         return threat.reach_low_s is None or threat.reach_low_s > self.caution_first_reach_s
 
     def was_in_our_way(self, lost: WarningState) -> bool:
-        """Whether a vehicle that is followed no more, extrapolated to now, is ahead of us and will be hit."""
+        """Whether a lost vehicle, extrapolated to now, is still ahead of us and would be hit."""
         soon = lost.ttc_s is not None and 0 < lost.ttc_s < self.held_below_ttc_s
         return soon and lost.overlap_m is not None and lost.overlap_m > 0
 
@@ -257,12 +258,12 @@ class Evidence:
         return self.minimum_due_s if vehicle.found_part < self.surely_found_part else 0.0
 
     def is_seen(self, vehicle: Track, own_mps: float | None) -> bool:
-        """Whether it may raise anything."""
+        """Whether the vehicle may raise any level at all."""
         creeps = own_mps is not None and own_mps < self.minimum_own_mps
         return not (vehicle.coasting or vehicle.doubtful or creeps)
 
     def surely_closes(self, threat: Threat) -> bool:
-        """Whether it may raise what goes by the closing speed."""
+        """Whether the vehicle may raise rules that use the closing speed."""
         vehicle = threat.track
         least_s, sigmas = self.minimum_age_s, self.closing_sigmas
         ahead = threat.overlap_now_m > 0 or (threat.crosses and threat.comes_in)
@@ -278,7 +279,7 @@ class Evidence:
         )
 
     def due_below_m(self, rule: Rule, vehicle: Track, own_mps: float | None, holding: bool) -> float:
-        """The gap from which on the level is due, with what is uncertain in it."""
+        """The gap below which the level is due, with a margin for its uncertainty."""
         now = self.approach(vehicle, own_mps, holding)
         needed_m = rule.needed_distance_m(now, holding)
         if rule.by_closing and needed_m > 0:

@@ -17,7 +17,7 @@ class HeadwayRule:
     """The level is due when following closer than a headway; never where the own speed is unknown.
 
     Attributes:
-        level: which.
+        level: the level that this rule raises.
         headway_s: the threshold.
         on_mps: own speed from which it is raised: Mobileye's, 40 km/h.
         off_mps: own speed below which it ends: Mobileye's, 30 km/h.
@@ -44,7 +44,7 @@ class HeadwayRule:
 
 
 def headway_rules(earlier_s: float = 0.0) -> tuple[HeadwayRule, ...]:
-    """`advisory` below 0.6 s, `caution` below 0.4 s; earlier, the former comes at a longer headway."""
+    """`advisory` below 0.6 s, `caution` below 0.4 s; `earlier_s` changes the former headway alone."""
     return (
         HeadwayRule(
             level=WarningLevel.ADVISORY, headway_s=max(ADVISORY_HEADWAY_S + earlier_s, CAUTION_HEADWAY_S)

@@ -37,7 +37,7 @@ class PolicyEntry:
     """A policy on the list.
 
     Attributes:
-        rules: makes its rules; they come earlier by the seconds they are given.
+        rules: makes its rules, from the number of seconds by which they are to come earlier.
         needs_own_speed: whether it says nothing at all without the own speed.
     """
 
@@ -82,10 +82,10 @@ def make_policy(name: str = DEFAULT_POLICY, timing: str = DEFAULT_TIMING) -> War
 
 
 def without_own_speed(name: str) -> str:
-    """What is lost where the own speed is unknown, for a person to read.
+    """What the policy cannot do where the own speed is unknown, for a person to read.
 
     Raises:
-        UserError: the policy goes by nothing else.
+        UserError: without the own speed the policy can do nothing at all.
     """
     if POLICIES[name].needs_own_speed:
         raise UserError(

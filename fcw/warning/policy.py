@@ -88,7 +88,7 @@ class RulePolicy:
         """Of the vehicle that the level is about, since it was raised."""
 
     def begin_anew(self) -> None:
-        """Nothing that was warned of is there any more, as after a cut."""
+        """Forget all vehicles, as after a cut."""
         self._state, self._rule = WarningState(WarningLevel.NONE), None
 
     def update(self, time_ns: int, threats: Sequence[Threat], ego_speed_mps: float | None) -> WarningState:

@@ -25,7 +25,7 @@ class RequiredDecelerationRule:
     """The level is due when the required deceleration exceeds a threshold.
 
     Attributes:
-        level: which.
+        level: the level that this rule raises.
         threshold_mps2: the threshold.
         delay_s: of driver and brakes.
     """

@@ -25,7 +25,7 @@ class RssRule:
     """The level is due below the safe distance; never where the own speed is unknown.
 
     Attributes:
-        level: which.
+        level: the level that this rule raises.
         speeding_up_mps2: how we might speed up during the response.
         lead_braking_mps2: how hard the lead might brake.
         response_s: from then on until we brake.
@@ -59,7 +59,7 @@ class RssRule:
 
 
 def rss_rules(earlier_s: float = 0.0) -> tuple[RssRule, ...]:
-    """`advisory` below the safe distance; two more levels of ours, as a person follows closer than that.
+    """`advisory` below the safe distance; two levels of our own, as people follow closer than that.
 
     `caution` where it is unsafe though we do not speed up, `warning` where it is so even if the lead brakes
     no harder than we do.

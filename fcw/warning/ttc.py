@@ -20,7 +20,7 @@ class TtcRule:
     """The level is due below a TTC, for closing speeds that matter.
 
     Attributes:
-        level: which.
+        level: the level that this rule raises.
         ttc_s: the threshold.
         minimum_closing_mps: slower approaches do not count.
     """

@@ -69,11 +69,11 @@ class WarningPolicy(Protocol):
         ...
 
     def update(self, time_ns: int, threats: Sequence[Threat], ego_speed_mps: float | None) -> WarningState:
-        """The state at `time_ns`; times must not decrease. It is not asked of pictures that are shown again.
+        """Decide the warning at a frame. Times must not decrease; repeated pictures are left out.
 
         Args:
             time_ns: of the frame.
-            threats: of all vehicles, the most urgent first; the lead among them says so.
+            threats: of all vehicles, the most urgent first; `Threat.is_lead` marks the lead.
             ego_speed_mps: own speed; None when unknown.
         """
         ...
@@ -81,8 +81,8 @@ class WarningPolicy(Protocol):
 
 @runtime_checkable
 class BeginsAnew(Protocol):
-    """A policy that is told of a cut; others may hold for a moment what was warned of before it."""
+    """A policy that is told of cuts. Any other may hold a warning from before a cut for a moment."""
 
     def begin_anew(self) -> None:
-        """Nothing that was warned of is there any more."""
+        """Forget all vehicles: the clip was cut, and none of them is there any more."""
         ...

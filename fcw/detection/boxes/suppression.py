@@ -108,7 +108,7 @@ def keep_apart(
 
 @inner_kernel()
 def common_area(boxes: NDArray[np.float64], i: int, k: int) -> float:
-    """Of two of the boxes x, y, w, h."""
+    """Common area of two of the boxes x, y, w, h, in square pixels."""
     width = min(boxes[i, 0] + boxes[i, 2], boxes[k, 0] + boxes[k, 2]) - max(boxes[i, 0], boxes[k, 0])
     height = min(boxes[i, 1] + boxes[i, 3], boxes[k, 1] + boxes[k, 3]) - max(boxes[i, 1], boxes[k, 1])
     return max(width, 0.0) * max(height, 0.0)

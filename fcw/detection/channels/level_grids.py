@@ -96,7 +96,7 @@ class LevelGrids:
         self.table = _table(octaves, levels, first_cells, window, aspect_ratios)
 
     def fill(self) -> None:
-        """Edges and levels, from what the octaves have computed."""
+        """Fill the octaves' edges and the levels, once the octaves' channels are computed."""
         repeat_edges(self.cells, self._edges, PAD_CELLS)
         resize_all(self.cells, self._resizings)
 

@@ -44,12 +44,12 @@ class Turn:
         return 1 / (1 + (self.sigma_radps * self.own_mps / ALONG_PATH_MPS2) ** 2)
 
     def its_mps(self, closing_mps: float, oncoming: bool) -> float:
-        """Speed of a vehicle along our path, negative where it surely comes towards us; else it stands."""
+        """Speed of a vehicle along our path; at least 0 unless it surely comes towards us."""
         its_mps = self.own_mps - closing_mps
         return its_mps if oncoming else max(its_mps, 0.0)
 
     def rate_radps(self, path: OwnPath) -> float:
-        """Of our turning, by what was measured and by our path."""
+        """Our yaw rate, weighted from the measured one and from how our path bends here."""
         part = self.measured_part
         return part * self.yaw_rate_radps + (1 - part) * path.curvature_per_m * self.own_mps
 

@@ -111,7 +111,7 @@ def details(image: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def correlation(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
-    """Of two small pictures as they are; without their shading the mean of each is 0."""
+    """Correlation of two small pictures in place; as their shading is gone, the mean of each is 0."""
     length = cv2.norm(before) * cv2.norm(now)
     return float(np.vdot(before, now)) / length if length else 0.0
 

@@ -89,7 +89,8 @@ class SightWatch:
     """Tells when the pictures of a drive show too little.
 
     Args:
-        focal_part: focal length over the width of the picture; None: how far away cars are lost is not told.
+        focal_part: focal length over the width of the picture; None where it is unknown, and from which
+            distance on cars are missed is not told.
     """
 
     def __init__(self, focal_part: float | None = None) -> None:

@@ -72,7 +72,7 @@ class LensByTurns:
 
 
 def lens_by_turns(tracks: PointTracks) -> LensByTurns | None:
-    """None where the clip does not turn enough to tell.
+    """The lens by the turns of a clip; None where it does not turn enough to tell.
 
     Args:
         tracks: of the clip.
@@ -89,7 +89,7 @@ def lens_by_turns(tracks: PointTracks) -> LensByTurns | None:
 
 
 def agreed_lens(windows: Sequence[Told], width_px: int) -> LensByTurns | None:
-    """The lens by all windows; None of too few, or where most bend the picture and disagree by how much.
+    """The lens by all windows; None of too few, or where most show a bent picture but not the same bend.
 
     Args:
         windows: what each tells.

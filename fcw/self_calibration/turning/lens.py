@@ -49,7 +49,7 @@ class PlainLens:
     axis_px: tuple[float, float]
 
     def rays(self, places_px: FloatArray) -> Rays:
-        """Of (N, 2) columns and rows."""
+        """Rays of the places (N, 2), columns and rows."""
         bent = (places_px - np.array(self.axis_px)) / self.focal_px
         radius = np.linalg.norm(bent, axis=1)
         rays = bent * (np.tan(self._angle(radius)) / np.maximum(radius, 1e-12))[:, None]

@@ -40,7 +40,7 @@ class TurningWindow:
 
 
 def turning_windows(pictures: Sequence[FollowedPoints], width_px: int) -> list[TurningWindow]:
-    """Those of a clip that turn most, in no order; none of a straight drive, or of a standing car.
+    """The windows in which a clip turns most, in no order; none of a straight drive or a standing car.
 
     Args:
         pictures: of the clip.

@@ -17,7 +17,7 @@ no other values were tried."""
 
 
 class BearingFilter(PlaceFilter):
-    """One vehicle's bearing and its rate, but for our turning.
+    """Filter of one vehicle's bearing and of its rate, with our own turning taken out.
 
     Args:
         bearing: of its first box, as lateral position over distance, positive to the left.
@@ -40,7 +40,7 @@ class BearingFilter(PlaceFilter):
     def across_mps(self, lateral_m: float, closing_mps: float, distance_m: float) -> float | None:
         """Rate at which it moves to the left as we see it, our turning included; None if that is not known.
 
-        What keeps its bearing comes nearer across the road as it does along it.
+        A vehicle at a constant bearing comes nearer across the road in proportion to how it does along it.
 
         Args:
             lateral_m: its place, positive to the left.
@@ -54,13 +54,14 @@ class BearingFilter(PlaceFilter):
     def predict(self, dt_s: float, turn_radps: float | None, closing_mps: float, distance_m: float) -> None:
         """Move on by dt.
 
-        Where place and distance go on steadily, place over distance changes the faster the nearer it comes.
+        Where lateral position and distance change steadily, their ratio changes the faster the nearer the
+        vehicle is.
 
         Args:
             dt_s: time since the last frame.
-            turn_radps: our yaw rate, positive to the left; where it is not known it is in the rate, into
-                which it goes with the last one that was known, and out of it again with the next one.
-            closing_mps: of the vehicle.
+            turn_radps: our yaw rate, positive to the left; None where it is not known. Then the filtered rate
+                contains it: the last known value is put in, and the next known one is taken out.
+            closing_mps: closing speed of the vehicle.
             distance_m: of it from the camera.
         """
         if (turn_radps is None) != (self._turn_radps is None):

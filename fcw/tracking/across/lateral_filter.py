@@ -27,13 +27,14 @@ class LateralFilter(PlaceFilter):
     """One vehicle's lateral position and its rate.
 
     While we turn, what is ahead sweeps across the picture, the faster the farther it is, and stops as soon as
-    we do. No filter of its motion could follow that: it is told, and only the rest of the rate is learnt.
+    we do. No filter of its motion could follow that. So the filter is told this sweep, and learns only the
+    rest of the rate.
 
     Args:
         lateral_m: by its first box, positive to the left.
         sigma_m: 1-sigma of that.
-        sweep_mps: rate at which what keeps its place beside our way moves to the left, as far ahead as it is,
-            because we turn; None where it is not known.
+        sweep_mps: rate at which a thing at this distance that keeps its place beside our path moves to the
+            left because we turn; None where it is not known.
     """
 
     def __init__(self, lateral_m: float, sigma_m: float, sweep_mps: float | None = None) -> None:
@@ -59,7 +60,7 @@ class LateralFilter(PlaceFilter):
 
     @property
     def slowing_mps2(self) -> float:
-        """By how much its own rate slows at least, by 1 sigma; 0 where our turning may be what changes it."""
+        """How fast its own rate slows at least (by 1 sigma); 0 where our turning may be the cause."""
         if self._sweep_mps is None:
             return 0.0
         slower_mps = math.copysign(1.0, self.own_mps) * (self._mean_mps - self.own_mps)
@@ -76,7 +77,7 @@ class LateralFilter(PlaceFilter):
         return math.sqrt(self._rate_variance)
 
     def predict(self, dt_s: float, sweep_mps: float | None = None) -> None:
-        """Move on by dt, with the sweep as it is now; where it was not known before, it is in the rate."""
+        """Move on by dt, with the present sweep; one that was not known before stays part of the rate."""
         gain = 1.0
         if sweep_mps is not None and self._sweep_mps is not None:
             self._rate += sweep_mps - self._sweep_mps
@@ -87,9 +88,9 @@ class LateralFilter(PlaceFilter):
         self._widen(dt_s, JERKINESS_M2PS3)
 
     def scale(self, factor: float) -> None:
-        """The distance turns out to be so many times what was expected, and the place across with it in part.
+        """Scale the position in part, where the distance turns out to be `factor` times the expected one.
 
-        That is no motion: what errs in the distance would else be taken for one. The other part is due to a
-        wrong closing speed, and would make one of what stands beside our way.
+        This is no motion: without it, an error of the distance would pass for one. The rest of the factor
+        comes from a wrong closing speed; applied as well, it would seem to move what stands beside our path.
         """
         self._place *= factor**WRONG_BEFORE_PART

@@ -50,13 +50,13 @@ class PlaceFilter:
         self._rate_variance = self._rate_variance * grows**2 + density * dt_s
 
     def displace(self, place: float, sigma: float) -> None:
-        """Take a place, with its 1-sigma, to which it has not moved: another part of it is seen there."""
+        """Take a place, with its 1-sigma, without any motion to it, as where another part is seen."""
         self._place, self._place_variance, self._shared = place, sigma**2, 0.0
 
     def correct(self, place: float, sigma: float) -> None:
         """Take a measured place and its 1-sigma.
 
-        One jump says nothing of the rate; after two in a row that is known no better than at first.
+        One jump leaves the rate as it is; after two in a row the rate is as uncertain as at first.
         """
         total, off = self._place_variance + sigma**2, place - self._place
         if self._settled and off**2 > JUMP_SIGMAS**2 * total:

@@ -53,7 +53,7 @@ class Doubts:
         """Vehicles that the detector found for so long that nothing is doubted any more."""
 
     def update(self, time_ns: int, followed: Sequence[Followed], image: NDArray[np.uint8] | None) -> None:
-        """Say of every vehicle whether it is doubtful.
+        """Decide of every vehicle whether it is doubtful.
 
         Args:
             time_ns: of the frame.

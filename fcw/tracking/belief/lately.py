@@ -15,17 +15,17 @@ class Lately:
         self._found, self._missed = 1.0, 0.0
 
     def miss(self, passed_s: float) -> None:
-        """Count a frame as missed, until `find` says otherwise, so long after the one before."""
+        """Count a frame as missed until `find` says otherwise; `passed_s` since the frame before."""
         fading = math.exp(-passed_s / self._time_constant_s)
         self._found *= fading
         self._missed = fading * self._missed + 1
 
     def find(self, faint: bool) -> None:
-        """The last frame was none; one in which it was faint counts as neither."""
+        """The vehicle was found in the last frame; a faint box counts as neither found nor missed."""
         self._missed -= 1
         self._found += not faint
 
     @property
     def part(self) -> float:
-        """In how large a part of the frames it was found."""
+        """The part of the recent frames in which it was found, from 0 to 1."""
         return self._found / (self._found + self._missed)

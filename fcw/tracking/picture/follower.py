@@ -75,7 +75,7 @@ class Moved(NamedTuple):
     """A vehicle found again by its looks.
 
     Attributes:
-        box: where its box has come to.
+        box: its box in the new picture.
         log_growth: logarithm of its size over that when its looks were remembered.
         sigma: 1-sigma of that; inf where it was found as large as expected, by too few corners to tell.
     """
@@ -141,15 +141,15 @@ class Follower:
         return jumped if len(patch.points) < self._settings.few_points else None
 
     def forget(self) -> None:
-        """It is not to be followed."""
+        """Forget its looks, so that it is followed no more."""
         self._patch = None
 
     def remember(self, image: Picture, box: Box, time_ns: int, detected: bool) -> bool:
-        """Take its looks from this picture where the old ones no longer serve; whether they were taken.
+        """Take its looks from this picture where the old ones no longer serve; returns whether it did.
 
         Args:
-            image: that it was last followed into.
-            box: of it there.
+            image: the picture into which it was last followed.
+            box: its box there.
             time_ns: of the picture.
             detected: whether the detector saw it, so that the box is not carried.
         """

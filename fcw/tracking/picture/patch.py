@@ -67,7 +67,7 @@ class Pose(NamedTuple):
     zoom: float
 
     def moved(self, before: Box, after: Box) -> "Pose":
-        """Carried along by a box, by its bottom middle and its width."""
+        """The pose moved and scaled with a box, by its bottom middle and its width."""
         growth = after.w / before.w
         return Pose(
             after.center_x + (self.x - before.center_x) * growth,
@@ -76,7 +76,7 @@ class Pose(NamedTuple):
         )
 
     def carried(self, box: Box, to: "Pose") -> Box:
-        """A box that lay in the picture as this pose does, where the other one is."""
+        """The box that lies to the other pose as `box` lies to this one."""
         growth = to.zoom / self.zoom
         return Box(
             to.x + (box.x - self.x) * growth, to.y + (box.y - self.y) * growth, box.w * growth, box.h * growth

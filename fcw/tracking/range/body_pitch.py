@@ -7,7 +7,7 @@ from fcw.tracking.range.model import RangeModel
 
 
 class BodyPitch:
-    """As the picture tells it; where it does not, the body is level, give or take a nod when we brake.
+    """Pitch of the body as the picture tells it; else level, and less surely so while we brake or speed up.
 
     Args:
         model: beliefs.
@@ -26,11 +26,11 @@ class BodyPitch:
 
         Args:
             dt_s: since the frame before.
-            own_gain_mps: by how much we became faster in it.
+            own_gain_mps: by how much we became faster in that time.
             told_rad: see `told_rad`; None where no picture tells it.
 
         Returns:
-            What was told before.
+            `told_rad` as it was before.
         """
         before_rad, model = self.told_rad, self._model
         if dt_s > 0:

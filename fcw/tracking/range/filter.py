@@ -146,7 +146,7 @@ class RangeFilter:
         )
 
     def add(self, box: Box, ego_speed_mps: float | None, edges: Edges = WHOLE) -> bool:
-        """Begin with a vehicle; False where its box gives no distance.
+        """Add a vehicle; False where its box gives no distance.
 
         Args:
             box: the first of it.
@@ -317,7 +317,7 @@ class RangeFilter:
             self._judge_kind(slot)
 
     def begin_growth(self, slot: int) -> None:
-        """The looks of a vehicle are remembered as they are now: growth counts from here.
+        """Measure the growth of a vehicle's looks from here, where they were remembered anew.
 
         What was known of the old looks is forgotten, and the new ones are as large as they are at this
         distance, up to the noise with which they will be compared.

@@ -147,7 +147,7 @@ class Scenes:
         return len(self._vehicles)
 
     def draw(self, random: np.random.Generator) -> Scene:
-        """One of them."""
+        """One scene, of a picture drawn at random."""
         settings = self._settings
         shape = SHOWN.width / SHOWN.height * np.exp(random.normal(0.0, settings.shape))
         if random.uniform() < settings.around_vehicle or not self._complete:

@@ -45,7 +45,7 @@ class Seen(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Circumstances:
-    """How often what happens to a vehicle.
+    """How often each of these happens to a vehicle, as a part of all.
 
     Attributes:
         lit: its tail lamps shine.
@@ -90,7 +90,7 @@ class Vehicles:
         return len(self._seen)
 
     def draw(self, random: np.random.Generator) -> Seen:
-        """One of them, in some circumstances."""
+        """One vehicle, in circumstances drawn at random."""
         chances, seen = self._circumstances, self._any(random)
         if random.uniform() < chances.lit:
             seen = with_lamps(seen, random)
