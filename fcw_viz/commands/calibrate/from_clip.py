@@ -1,9 +1,10 @@
 """`fcw calibrate SOURCE --from-clip`: a recorded clip calibrated without any mark on the road."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,19 +54,12 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     from fcw.sources import open_source
     from fcw.sources.bars import without_bars
 
-    if command.source is None:
-        raise UserError("--from-clip: name the video or folder of pictures to calibrate")
-    if command.exact:
-        raise UserError("--exact: takes only --points; leave out --from-clip")
-    if command.speed is not None and not command.speed > 0:
-        raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
-    if command.speed is not None and (fault := speed_fault(command.speed)):
-        raise UserError(f"--speed {command.speed:g}: {fault}")
+    given = _checked_source(command)
     height_m = VEHICLE_HEIGHTS_M[command.vehicle_class]
     if command.height is not None:
         height_m = stated_height(command)
-    source = open_source(command.source, topic=command.topic)
-    save = command.save or default_path(command.source)
+    source = open_source(given, topic=command.topic)
+    save = command.save or default_path(given)
     check_place(save, "" if command.save else "--save FILE")
     check_kind(save, *CALIBRATION)
     size = source.image_size
@@ -103,16 +97,34 @@ def run_calibrate_from_clip(command: CalibrateCommand) -> int:
     notes += source.notes
     if not evidence.has_distances:
         notes += _assumed(command, height_m, calibration.assumed, found.focal_px)
-    if not found.shows_road:
-        notes += (NO_ROAD,)
-    elif not found.by_motion:
-        notes += (NO_MOTION,)
-    if found.contradiction is not None and found.contradiction.sigmas > SAID_SIGMAS:
-        notes += (_contradicts(found.contradiction.apart_rad),)
-    if found.piece_words:
-        notes += (_cut(found.piece_words) if found.is_cut else _jump(found.piece_words),)
+    notes += tuple(_notes_of(found))
     notes += tuple(evidence_warnings(command, calibration))
     return save_and_report(calibration, save, command, notes)
+
+
+def _checked_source(command: CalibrateCommand) -> Path:
+    """The source, once the options are checked that need nothing of it."""
+    if command.source is None:
+        raise UserError("--from-clip: name the video or folder of pictures to calibrate")
+    if command.exact:
+        raise UserError("--exact: takes only --points; leave out --from-clip")
+    if command.speed is not None and not command.speed > 0:
+        raise UserError(f"--speed {command.speed:g}: expected metres a second above 0")
+    if command.speed is not None and (fault := speed_fault(command.speed)):
+        raise UserError(f"--speed {command.speed:g}: {fault}")
+    return command.source
+
+
+def _notes_of(found: "ClipCalibration") -> Iterator[str]:
+    """What a person should know of how a clip was calibrated."""
+    if not found.shows_road:
+        yield NO_ROAD
+    elif not found.by_motion:
+        yield NO_MOTION
+    if found.contradiction is not None and found.contradiction.sigmas > SAID_SIGMAS:
+        yield _contradicts(found.contradiction.apart_rad)
+    if found.piece_words:
+        yield _cut(found.piece_words) if found.is_cut else _jump(found.piece_words)
 
 
 def _look(

@@ -1,7 +1,7 @@
 """The result of a calibration: as JSON has it, and as a person reads it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,8 @@ from fcw.camera.points import PARAMETER_COUNT
 from fcw.camera.solve import exact_solution
 from fcw.camera.straight import LEVEL
 from fcw.camera.uncertainty import TARGET_DISTANCES_M, best_next_click, camera_sigmas
+from fcw.logs.overlay import ROW_DISTANCES_M
 from fcw.units import FEET_PER_METRE, distance_text, pitch_text
-
-ROW_DISTANCES_M = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0)
 
 LEAST_RESIDUAL_PX = 0.005
 """That is printed as another number than 0."""
@@ -106,32 +105,47 @@ def print_report(
         imperial: distances in feet.
         taped: whether somebody tapes distances, and so is told where one more helps most.
     """
-    camera, sigmas = calibration.camera, camera_sigmas(calibration)
-
-    def length(distance_m: float) -> str:
-        return f"{distance_m * FEET_PER_METRE:.0f} ft" if imperial else f"{distance_m:.1f} m"
 
     def line(text: str) -> None:
         console.print(text, highlight=False, soft_wrap=not console.is_terminal)
 
-    line(
+    for text in _camera_lines(calibration):
+        line(text)
+    line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
+    console.print(_distance_table(calibration, imperial))
+    for text in (_fit_line(calibration), _next_click_line(calibration, imperial) if taped else ""):
+        if text:
+            line(text)
+    line(f"saved {saved}" if saved is not None else "not saved; save it with --save FILE")
+
+
+def _camera_lines(calibration: Calibration) -> Iterator[str]:
+    """How the camera looks, and its lens, each with its standard deviation."""
+    camera, sigmas = calibration.camera, camera_sigmas(calibration)
+    yield (
         f"pitch {pitch_text(camera.pitch_rad, sigmas.pitch_rad)} "
         f"({camera.pitch_rad:.6g} rad), "
         f"focal length {camera.focal_y_px:.6g} ± {sigmas.focal_y_px:.3g} px "
         f"(horizontal field of view {math.degrees(calibration.field_of_view_rad):.1f} degrees)"
     )
-    line(
+    yield (
         f"principal row {camera.principal_row_px:.6g} ± {sigmas.principal_row_px:.3g}, "
         f"horizon row {camera.horizon_row_px:.6g} ± {sigmas.horizon_row_px:.3g}"
     )
     turned = calibration.orientation
     if turned != LEVEL:
-        line(
+        yield (
             f"yaw {_turn_text(turned.yaw_rad, turned.yaw_sigma_rad, 'left', 'right')}, roll "
             f"{_turn_text(turned.roll_rad, turned.roll_sigma_rad, 'right', 'left')}; rows are those of the "
             "straightened picture"
         )
-    line("Pitch, focal length and principal row trade off against each other; judge by the distances:")
+
+
+def _distance_table(calibration: Calibration, imperial: bool) -> Table:
+    """Rows of some distances, and the interval of each."""
+
+    def length(distance_m: float) -> str:
+        return f"{distance_m * FEET_PER_METRE:.0f} ft" if imperial else f"{distance_m:.1f} m"
 
     table = Table("distance", "row", "two times in three", "±", box=None, pad_edge=False)
     for distance_m in ROW_DISTANCES_M:
@@ -145,32 +159,40 @@ def print_report(
             f"{length(low_m)} to {length(high_m) if bounded else 'unbounded'}",
             f"{(high_m - low_m) / 2 / distance_m:.1%}" if bounded else "",
         )
-    console.print(table)
+    return table
 
+
+def _fit_line(calibration: Calibration) -> str:
+    """How well the solution meets the points, or that it must meet them; empty without points."""
+    if not calibration.points:
+        return ""
     known = len(calibration.points) + calibration.priors.count + calibration.assumed.count
     known += 2 * (calibration.lens is not None)  # its focal length and its principal row
     # What else was told, as lane lines, shows in the residuals alone.
     missed = any(abs(residual) >= LEAST_RESIDUAL_PX for residual in calibration.residuals_px)
-    if (known > PARAMETER_COUNT or missed) and calibration.points:
-        residuals = ", ".join(
-            f"{point} {residual:+.2f}"
-            for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)
-        )
-        line(f"residuals in px (clicked row minus row of the solution): {residuals}")
-    elif calibration.points:
-        line(
+    if known <= PARAMETER_COUNT and not missed:
+        return (
             "The solution meets the points exactly, as it would any three: that says nothing about its "
             "quality."
         )
-    next_click = best_next_click(calibration) if taped else None
-    if next_click is not None:
-        nearest, farthest = (distance_text(TARGET_DISTANCES_M[end], imperial) for end in (0, -1))
-        line(
-            f"One more point helps most at {distance_text(next_click.distance_m, imperial)}, near row "
-            f"{next_click.row_px:.0f}: the error of distances from {nearest} to {farthest} would fall from "
-            f"{next_click.error_before:.1%} to {next_click.error_after:.1%}."
-        )
-    line(f"saved {saved}" if saved is not None else "not saved; save it with --save FILE")
+    residuals = ", ".join(
+        f"{point} {residual:+.2f}"
+        for point, residual in zip(calibration.points, calibration.residuals_px, strict=True)
+    )
+    return f"residuals in px (clicked row minus row of the solution): {residuals}"
+
+
+def _next_click_line(calibration: Calibration, imperial: bool) -> str:
+    """Where one more point helps most; empty where none is proposed."""
+    next_click = best_next_click(calibration)
+    if next_click is None:
+        return ""
+    nearest, farthest = (distance_text(TARGET_DISTANCES_M[end], imperial) for end in (0, -1))
+    return (
+        f"One more point helps most at {distance_text(next_click.distance_m, imperial)}, near row "
+        f"{next_click.row_px:.0f}: the error of distances from {nearest} to {farthest} would fall from "
+        f"{next_click.error_before:.1%} to {next_click.error_after:.1%}."
+    )
 
 
 def _turn_text(angle_rad: float, sigma_rad: float, side: str, other: str) -> str:
