@@ -27,7 +27,8 @@ _MAGIC = b"\x89MCAP0\r\n"
 _FOOTER_BYTES = 9 + 20 + len(_MAGIC)
 """Its record, and the magic at the end of the file."""
 _HEAD = struct.Struct("<BQ")
-_CHUNK_HEAD = struct.Struct("<QQQII")  # times, size, checksum, length of the compression's name
+CHUNK_HEAD = struct.Struct("<QQQII")
+"""Of a chunk's record: both times, size, checksum, and length of the compression's name."""
 _FRAME_BYTES = 18  # RFC 8878: the longest header of a zstd frame
 _LZ4_MAGIC = 0x184D2204
 _LZ4_BLOCK = struct.Struct("<I")
@@ -114,11 +115,11 @@ def _unpacked_bytes(file: BinaryIO, end: int) -> int:
     """The larger of what the chunk that the file stands at states, and of what its packed data do."""
     start = file.tell()
     head = file.read(128)
-    if len(head) < _CHUNK_HEAD.size:
+    if len(head) < CHUNK_HEAD.size:
         return 0
-    _, _, stated, _, name_length = _CHUNK_HEAD.unpack_from(head)
-    data = _CHUNK_HEAD.size + name_length + 8
-    name = head[_CHUNK_HEAD.size : data - 8]
+    _, _, stated, _, name_length = CHUNK_HEAD.unpack_from(head)
+    data = CHUNK_HEAD.size + name_length + 8
+    name = head[CHUNK_HEAD.size : data - 8]
     if name == b"lz4":
         return max(stated, _lz4_bytes(file, start + data, end))
     if name != b"zstd":

@@ -17,6 +17,7 @@ from fcw.camera.calibration import Calibration, GroundPoint
 from fcw.camera.ground_plane import FloatArray
 from fcw.camera.solve import calibrate
 from fcw.errors import UserError
+from fcw.evaluation.motion.poses import POSE_FIELDS
 from fcw.frame import ImageSize
 
 FRAME_RATE_HZ = 10.0
@@ -38,7 +39,6 @@ MOST_FRAMES = 100_000
 """Nearly three hours; the longest sequence has 1,059."""
 LARGEST_PX = 16384
 _LABEL_FIELDS = 17
-_POSE_FIELDS = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,9 +196,9 @@ def read_own_motion(folder: Path, name: str) -> tuple[FloatArray, FloatArray]:
     """
     path = folder / "poses" / f"{name}.txt"
     try:
-        poses = np.array([[float(value) for value in fields] for _, fields in _lines(path, _POSE_FIELDS)])
+        poses = np.array([[float(value) for value in fields] for _, fields in _lines(path, POSE_FIELDS)])
     except ValueError as error:
-        raise UserError(f"{path}: expected {_POSE_FIELDS} numbers a line ({error})") from None
+        raise UserError(f"{path}: expected {POSE_FIELDS} numbers a line ({error})") from None
     if len(poses) < 2:
         raise UserError(f"{path}: expected at least two poses, one a line")
     poses = poses.reshape(-1, 3, 4)

@@ -11,6 +11,7 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.errors import UserError
 
 POSE_FIELDS = 12
+"""Numbers of a line of KITTI's poses: the rows of a 3x4 matrix."""
 SLOWEST_MPS = 2.0
 """Below this speed relative errors and the direction of travel say little."""
 

@@ -26,10 +26,11 @@ from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
+from fcw.bounded.mcap_chunks import CHUNK_HEAD
+
 DAMAGED = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError, MemoryError)
 """What mcap's readers raise where a file ends inside a record, or holds other bytes than were written."""
 _RECORD_HEAD = struct.Struct("<BQ")
-_CHUNK_HEAD = struct.Struct("<QQQII")
 _CHANNEL_ID = struct.Struct("<H")
 _DATA_LENGTH_BYTES = 8
 _FOOTER_BYTES = 9 + 20 + len(MCAP0_MAGIC)
@@ -227,7 +228,7 @@ def _topics(file: BinaryIO, chunks: Sequence[ChunkIndex]) -> dict[int, str]:
 
 def _chunk_index(file: BinaryIO, offset: int, length: int) -> ChunkIndex:
     """The index of a chunk, as far as its head says; the file stands behind the record's head."""
-    start_ns, end_ns, size, _crc, name_length = _CHUNK_HEAD.unpack(file.read(_CHUNK_HEAD.size))
+    start_ns, end_ns, size, _crc, name_length = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
     compression = file.read(name_length)
     return ChunkIndex(
         message_start_time=start_ns,
@@ -237,6 +238,6 @@ def _chunk_index(file: BinaryIO, offset: int, length: int) -> ChunkIndex:
         message_index_offsets={},
         message_index_length=0,
         compression=compression.decode(errors="replace"),
-        compressed_size=length - _CHUNK_HEAD.size - len(compression) - _DATA_LENGTH_BYTES,
+        compressed_size=length - CHUNK_HEAD.size - len(compression) - _DATA_LENGTH_BYTES,
         uncompressed_size=size,
     )

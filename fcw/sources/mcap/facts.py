@@ -15,13 +15,12 @@ from fcw.camera.file import parse_calibration
 from fcw.camera.lens.files import MODELS
 from fcw.camera.lens.model import COEFFICIENT_COUNTS, Lens
 from fcw.frame import ImageSize
+from fcw.logs.mcap.format import CALIBRATION_NAME
 from fcw.sources.mcap.file import Clock, McapFile, Topic, stray_notes
 from fcw.sources.mcap.pictures import PICTURE_TYPES
 from fcw.sources.mcap.source import is_own_log, picture_topic
 from fcw.warning.ego_speed import HIGHEST_SPEED_MPS, EgoSpeed
 
-CALIBRATION_NAME = "calibration.yaml"
-"""Attachment in which this program's logs keep their calibration; other files may have one as well."""
 RESULT_TYPE = "fcw.FrameResult"
 RECTIFIED = "rect"
 """In names of topics whose pictures were made straight: ROS's image_rect, image_rect_color."""
