@@ -45,7 +45,7 @@ def draw(folder: Path, calibration_path: Path, out: Path) -> None:
         lidar_m = np.array([float(row["cam_z_p10_m"] or "nan") for row in csv.DictReader(file)])
     times_s = np.arange(len(lidar_m)) / FRAME_RATE_HZ
     lidar_ttc_s = ttc_of(times_s, lidar_m)
-    distance_m, ttc_s = followed(folder, read_calibration(arguments.calibration), len(lidar_m))
+    distance_m, ttc_s = followed(folder, read_calibration(calibration_path), len(lidar_m))
     for what, estimated, true in (("distance", distance_m, lidar_m), ("TTC", ttc_s, lidar_ttc_s)):
         known = np.isfinite(estimated) & np.isfinite(true) & (true <= LONGEST_TTC_S)
         error = np.median(np.abs(estimated[known] / true[known] - 1))
@@ -60,7 +60,7 @@ def draw(folder: Path, calibration_path: Path, out: Path) -> None:
             Series("from pixels", list(zip(times_s.tolist(), estimated.tolist(), strict=True))),
         )
         chart = Chart("SFND drive, end to end", "s", label, (0.0, duration_s), (0.0, highest), series)
-        (arguments.out / f"{name}.svg").write_text(chart.svg(), encoding="utf-8")
+        (out / f"{name}.svg").write_text(chart.svg(), encoding="utf-8")
 
 
 def followed(folder: Path, calibration: Calibration, count: int) -> tuple[FloatArray, FloatArray]:
