@@ -27,8 +27,7 @@ PITCH_TOLERANCE_RAD = math.radians(6.0)
 """By so much the calibration that is checked may be off, and the boxes still show it.
 
 With the detector's own 1 degree, a horizon 3 degrees too low hid 15 of 20 vehicles of the shipped drive,
-where this was chosen. Of 210 in labelled pictures of other drives, with horizons 0.08 picture heights too
-low, 175 are found instead of 66.
+where this was chosen.
 """
 
 MakeDetector = Callable[[Calibration], Detector]
@@ -100,7 +99,8 @@ def _in_picture(box: Box, way: Straightening) -> Box:
 def make_acf(calibration: Calibration) -> Detector:
     """The paper's detector, whose windows follow from the calibration that is checked.
 
-    Distances are read from the lower edge alone here, which mostly is more precise than the net's.
+    Distances are read from the lower edge alone here. On the shipped drive, their median error is 2.3 % with
+    its boxes and 5.2 % with the net's.
 
     Raises:
         UserError: by the calibration the road is not in the picture.
