@@ -152,7 +152,7 @@ def _check_one_drive(command: Command, rest: list[str]) -> None:
     """
     if isinstance(command, RunCommand | CalibrateCommand) and os.access(rest[0], os.F_OK):
         mend = (
-            "`fcw batch` runs several, each for itself"
+            "`fcw batch` runs several, each for itself, and `fcw run FOLDER` the videos of a folder as one"
             if isinstance(command, RunCommand)
             else "calibrate with one of them"
         )

@@ -14,7 +14,7 @@ from fcw.camera.file import CALIBRATION_SUFFIX
 from fcw.errors import UserError
 from fcw.logs.names import FAILED_MCAP_NAME, MCAP_NAME, TRUTH_LOG_NAME
 from fcw.sources import MCAP_SUFFIX
-from fcw.sources.images import VIDEO_SUFFIXES
+from fcw.sources.folders.listing import VIDEO_SUFFIXES
 
 FOLDER_CALIBRATION = "calibration.yaml"
 """Of all drives of a folder that have none of their own."""

@@ -4,13 +4,16 @@ from pathlib import Path
 
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, Source, VideoPacket
-from fcw.sources.images import PICTURE_SUFFIXES, ImageFolderSource
+from fcw.sources.folders.images import ImageFolderSource
+from fcw.sources.folders.joined import JoinedSource
+from fcw.sources.folders.listing import PICTURE_SUFFIXES, VIDEO_SUFFIXES, files_in
 from fcw.sources.video import VideoSource
 
 __all__ = [
     "Frame",
     "ImageFolderSource",
     "ImageSize",
+    "JoinedSource",
     "Source",
     "VideoPacket",
     "VideoSource",
@@ -45,7 +48,7 @@ def is_mcap(path: Path) -> bool:
 
 
 def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str | None = None) -> Source:
-    """Open a drive, whatever kind it is: a video or MCAP file, a folder of pictures or a single picture.
+    """Open a drive, whatever kind it is: a video or MCAP file, a folder of pictures or videos, or a picture.
 
     Args:
         path: the file or folder.
@@ -59,14 +62,16 @@ def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str
     check_path(path)
     if topic is not None and path.exists() and not is_mcap(path):
         raise UserError(f"{path}: --topic {topic} was given, but only MCAP files have topics; leave it out")
-    if path.is_dir() or (path.is_file() and path.suffix.lower() in PICTURE_SUFFIXES):
+    videos = _videos_of(path) if path.is_dir() else []
+    is_picture = path.is_file() and path.suffix.lower() in PICTURE_SUFFIXES
+    if is_picture or (path.is_dir() and not videos):
         return ImageFolderSource(path, frame_rate_hz)
     if not path.exists():
         raise UserError(
             f"{path}: no such file or folder; expected a video or MCAP file, "
-            "a folder of pictures, or one picture"
+            "a folder of pictures or of the videos of one drive, or one picture"
         )
-    if not path.is_file():
+    if not videos and not path.is_file():
         raise UserError(
             f"{path}: neither a file nor a folder, but a pipe or device; write it to a file first"
         )
@@ -79,4 +84,16 @@ def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str
         from fcw.sources.mcap.source import open_mcap  # takes a while to load, and few need it
 
         return open_mcap(path, topic)
-    return VideoSource(path)
+    return JoinedSource(path, videos) if videos else VideoSource(path)
+
+
+def _videos_of(folder: Path) -> list[Path]:
+    """The videos of a folder, as a dash camera makes them of one drive; none where it holds pictures.
+
+    Raises:
+        UserError: there is one alone: it is the drive, and has its calibration beside it.
+    """
+    videos = [] if files_in(folder, PICTURE_SUFFIXES) else files_in(folder, VIDEO_SUFFIXES)
+    if len(videos) == 1:
+        raise UserError(f"{folder}: no pictures in this folder, but a video; name the video: {videos[0]}")
+    return videos

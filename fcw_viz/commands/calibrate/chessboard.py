@@ -10,7 +10,7 @@ from fcw.camera.lens.model import Lens
 from fcw.camera.lens.solve import lens_of_chessboards
 from fcw.errors import UserError
 from fcw.files import write_whole
-from fcw.sources.images import PICTURE_SUFFIXES
+from fcw.sources.folders.listing import PICTURE_SUFFIXES
 from fcw_viz.commands.calibrate.options import CalibrateCommand
 from fcw_viz.console import RESULTS, print_json
 

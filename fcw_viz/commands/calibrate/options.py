@@ -20,7 +20,8 @@ class CalibrateCommand:
     """
 
     source: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[SOURCE]")] = None
-    """Video or MCAP file, picture, or folder of pictures to click in; the calibration is saved beside it."""
+    """Video or MCAP file, picture, or folder of pictures or of the videos of one drive, to click in; the
+    calibration is saved beside it."""
     topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
     """Image topic of an MCAP file; needed if the file has more than one."""
     points: Annotated[tuple[str, ...], tyro.conf.arg(metavar="D:V[:U] ...")] = ()

@@ -20,8 +20,8 @@ class RunCommand:
     """Find the vehicles ahead, measure their distance, warn, and write drive.mcap and drive.rrd."""
 
     source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SOURCE")]
-    """Video or MCAP file, or folder of pictures; with --live also a camera: its number, /dev/video0, or an
-    rtsp or http address."""
+    """Video or MCAP file, or folder of pictures or of the videos of one drive; with --live also a camera: its
+    number, /dev/video0, or an rtsp or http address."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Calibration file. Default: `<name>.calibration.yaml` beside the source, else the one in an MCAP
     file."""

@@ -71,7 +71,13 @@ def test_pairs_and_numbers_are_read(between, monkeypatch):
 
 @pytest.mark.parametrize(
     ("command", "mend"),
-    [("run", "`fcw batch` runs several, each for itself"), ("calibrate", "calibrate with one of them")],
+    [
+        (
+            "run",
+            "`fcw batch` runs several, each for itself, and `fcw run FOLDER` the videos of a folder as one",
+        ),
+        ("calibrate", "calibrate with one of them"),
+    ],
 )
 def test_the_many_files_of_a_dash_camera_are_no_options(command, mend, tmp_path, capsys):
     first, second = (tmp_path / f"DR_000{i}.MP4" for i in (1, 2))

@@ -1,9 +1,8 @@
 """Pictures as drives: a folder of them, or a single one."""
 
 import re
-import shlex
 import statistics
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,12 +13,9 @@ from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.pictures import read_picture
 from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize
+from fcw.sources.folders.listing import PICTURE_SUFFIXES, files_in
 from fcw.units import NS_PER_S
 
-_MPEG_SUFFIXES = (".3gp", ".m2ts", ".m4v", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".ts")
-VIDEO_SUFFIXES = frozenset((*_MPEG_SUFFIXES, ".asf", ".avi", ".flv", ".mkv", ".webm", ".wmv"))
-"""By which a folder's videos are found; a video that is named may have any."""
-PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
 TIMES_NAME = "timestamps.txt"
 KITTI_FOLDER_NAME = "data"
 DEFAULT_FRAME_RATE_HZ = 10.0
@@ -51,11 +47,11 @@ class ImageFolderSource:
             UserError: no pictures, none that can be read, or times that do not fit them.
         """
         self.path = path
-        self._pictures = [path] if path.is_file() else _listed(path)
+        self._pictures = [path] if path.is_file() else files_in(path, PICTURE_SUFFIXES)
         if not self._pictures:
             raise UserError(
-                f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files"
-                + _videos_instead(path)
+                f"{path}: no pictures in this folder; expected {', '.join(PICTURE_SUFFIXES)} files, or the "
+                "videos of one drive"
             )
         if frame_rate_hz is not None and not SLOWEST_HZ <= frame_rate_hz <= FASTEST_HZ:
             raise UserError(
@@ -132,27 +128,6 @@ class ImageFolderSource:
             index += 1
 
 
-def _listed(folder: Path) -> list[Path]:
-    """The pictures of a folder in natural order."""
-    return sorted(_files(folder, PICTURE_SUFFIXES), key=_natural_key)
-
-
-def _files(folder: Path, suffixes: Collection[str]) -> list[Path]:
-    """Files of some kinds but hidden ones: macOS puts a `._0.png`, which is none, beside `0.png` on cards."""
-    return [
-        file for file in folder.iterdir() if file.suffix.lower() in suffixes and not file.name.startswith(".")
-    ]
-
-
-def _videos_instead(folder: Path) -> str:
-    """What to name where a folder holds videos; a dash camera makes many of one drive."""
-    videos = sorted(_files(folder, VIDEO_SUFFIXES))
-    if len(videos) < 2:
-        return "".join(f", or name the video in it: {video}" for video in videos)
-    batch = shlex.join(("fcw", "batch", str(folder)))
-    return f", or name one of the {len(videos)} videos in it: {videos[0]}; `{batch}` runs each for itself"
-
-
 def _missing(name: str, pictures: Sequence[Path]) -> Iterator[str]:
     """Says where the running numbers in the names of pictures leave some out."""
     numbers = [int(found[1]) for file in pictures if (found := re.search(r"([0-9]+)$", file.stem))]
@@ -179,12 +154,6 @@ def _times_file(path: Path) -> Path | None:
     path = path.absolute()  # `.` has no name
     places = (path, path.parent) if path.name == KITTI_FOLDER_NAME else (path,)
     return next((place / TIMES_NAME for place in places if (place / TIMES_NAME).is_file()), None)
-
-
-def _natural_key(file: Path) -> list[tuple[int, int, str]]:
-    """Sorts runs of digits as numbers and the rest as text."""
-    parts = re.split(r"([0-9]+)", file.name)
-    return [(0, int(part), "") if index % 2 else (1, 0, part) for index, part in enumerate(parts)]
 
 
 def _read_times(file: Path, count: int) -> list[int]:

@@ -1,0 +1,1 @@
+"""Folders as drives: of pictures, or of the videos that a dash camera made of one drive."""
