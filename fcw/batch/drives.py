@@ -31,7 +31,7 @@ class BatchDrive:
 
     Attributes:
         name: of its folder in the batch's.
-        source: video or MCAP file.
+        source: video or MCAP file, or folder of the videos of one drive.
         camera: the name of the folder that holds it.
         calibration: its file; None where there is none but, perhaps, in an MCAP file itself.
         track: the GPX file beside it, from which its own speed comes; None where there is none.
@@ -62,7 +62,10 @@ class _OfCamera:
 
 
 def find_batch_drives(
-    paths: Sequence[Path | str], calibration: Path | None = None, topic: str | None = None
+    paths: Sequence[Path | str],
+    calibration: Path | None = None,
+    topic: str | None = None,
+    join_files: bool = False,
 ) -> list[BatchDrive]:
     """The drives that some paths stand for, each once, in the order of their names.
 
@@ -72,9 +75,11 @@ def find_batch_drives(
         calibration: a file for all drives that have none; or a CSV table with the columns `camera` and
             `calibration`, and perhaps `topic`, of which a drive takes the line with the name of its folder.
         topic: of MCAP files, whose pictures; a topic in the table goes before it.
+        join_files: whether the videos that lie in one folder are one drive.
 
     Raises:
-        UserError: a path does not exist or holds no drive, the table is none, or a store cannot be read.
+        UserError: a path does not exist or holds no drive, the table is none, a store cannot be read, or its
+            files were to be joined.
     """
     sources: list[Place] = []
     listed: set[RemoteFile] = set()
@@ -82,7 +87,10 @@ def find_batch_drives(
     for path in paths:
         place = place_of(path)
         if isinstance(place, Path):
-            sources += _sources(place)
+            found_here = _sources(place)
+            sources += _joined(found_here) if join_files else found_here
+        elif join_files:
+            raise UserError(f"{place.url}: --join-files takes folders of this computer; leave it out")
         else:
             found, is_file = files_below(place.url)
             if is_file:
@@ -94,12 +102,13 @@ def find_batch_drives(
     sources = _each_once(sources)
     table = _table(calibration) if calibration is not None else {}
     drives = []
-    for name, source in zip(_names([_pure(source) for source in sources]), sources, strict=True):
+    for name, source in zip(_names(sources), sources, strict=True):
         camera = _pure(source).parent.name
         line = table.get(camera)
         given = calibration if not table else line and line.calibration
         if isinstance(source, Path):
-            own = _beside_path(source, "{}" + CALIBRATION_SUFFIX, FOLDER_CALIBRATION)
+            inside = (f"{{}}/{FOLDER_CALIBRATION}",) if source.is_dir() else ()
+            own = _beside_path(source, "{}" + CALIBRATION_SUFFIX, *inside, FOLDER_CALIBRATION)
             track = _beside_path(source, *(f"{{}}{suffix}" for suffix in TRACK_SUFFIXES))
         else:
             stem = source.path.stem
@@ -123,6 +132,11 @@ def find_batch_drives(
 
 def _pure(place: Place) -> PurePath:
     return place if isinstance(place, Path) else place.path
+
+
+def _plain_name(place: Place) -> str:
+    """The name of a folder, or of a file without its suffix."""
+    return place.name if isinstance(place, Path) and place.is_dir() else _pure(place).stem
 
 
 def _is_mcap(place: Place) -> bool:
@@ -160,6 +174,13 @@ def _sources(path: Path) -> list[Path]:
     return sorted(found)
 
 
+def _joined(files: Sequence[Path]) -> list[Path]:
+    """The same with a folder in the place of the videos in it, where they are several."""
+    counts = Counter(file.parent for file in files if not _is_mcap(file))
+    places = (file.parent if counts[file.parent] > 1 and not _is_mcap(file) else file for file in files)
+    return list(dict.fromkeys(places))
+
+
 def _files_below(path: Path) -> Iterator[Path]:
     """All files in a folder and below, also in folders that are links, each folder once and by its own path
     rather than by a link's."""
@@ -192,26 +213,27 @@ def _each_once(sources: Iterable[Place]) -> list[Place]:
     return list(found.values())
 
 
-def _names(sources: Sequence[PurePath]) -> list[str]:
-    """The files' names without suffix; where two are alike, the folders above go before them."""
+def _names(sources: Sequence[Place]) -> list[str]:
+    """The drives' names without suffix; where two are alike, the folders above go before them."""
     depth = 1
-    names = [source.stem for source in sources]
-    while len(set(names)) < len(names) and depth < max(len(source.parts) for source in sources):
+    plain, paths = [_plain_name(source) for source in sources], [_pure(source) for source in sources]
+    names = plain
+    while len(set(names)) < len(names) and depth < max(len(path.parts) for path in paths):
         depth += 1
         counts = Counter(names)
         names = [
-            "-".join((*source.parts[-depth:-1], source.stem)) if counts[name] > 1 else name
-            for name, source in zip(names, sources, strict=True)
+            "-".join((*path.parts[-depth:-1], end)) if counts[name] > 1 else name
+            for name, path, end in zip(names, paths, plain, strict=True)
         ]
     counts = Counter(names)  # a.mp4 beside a.mkv
-    return [source.name if counts[name] > 1 else name for name, source in zip(names, sources, strict=True)]
+    return [path.name if counts[name] > 1 else name for name, path in zip(names, paths, strict=True)]
 
 
 def _beside_path(source: Path, *names: str) -> Path | None:
     """The first of these files, with the drive's name for `{}`; what is beside a link goes before what is
     beside the file that it leads to."""
     drives = (source, Path(os.path.realpath(source)))
-    paths = (drive.with_name(name.replace("{}", drive.stem)) for drive in drives for name in names)
+    paths = (drive.parent / name.replace("{}", _plain_name(drive)) for drive in drives for name in names)
     return next((path for path in paths if _is_file(path)), None)
 
 

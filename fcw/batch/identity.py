@@ -8,6 +8,7 @@ from pathlib import Path
 from fcw.batch.remote import Place, RemoteFile
 from fcw.detection.choice import DEFAULT_DETECTOR, model_path
 from fcw.detection.model import model_sha256
+from fcw.sources.folders.listing import VIDEO_SUFFIXES, files_in
 from fcw.versions import __version__
 from fcw.warning.policies import DEFAULT_POLICY, DEFAULT_TIMING
 
@@ -37,7 +38,8 @@ class Identity:
     """What was run; SHA-256 in hexadecimal, empty for none.
 
     Attributes:
-        content: of the source's bytes; of one in an object store what that says of its content.
+        content: of the source's bytes; of a folder, of its videos' names and bytes; of one in an object store
+            what that says of its content.
         calibration: of its file's, likewise; empty where the source has it inside.
         model: of the detector's file.
         options: as given.
@@ -91,5 +93,8 @@ def identity_of(
 def _sha256(path: Place) -> str:
     if isinstance(path, RemoteFile):
         return path.content()
+    if path.is_dir():
+        contents = [(file.name, _sha256(file)) for file in files_in(path, VIDEO_SUFFIXES)]
+        return hashlib.sha256(json.dumps(contents).encode()).hexdigest()
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -91,9 +91,15 @@ def _videos_of(folder: Path) -> list[Path]:
     """The videos of a folder, as a dash camera makes them of one drive; none where it holds pictures.
 
     Raises:
-        UserError: there is one alone: it is the drive, and has its calibration beside it.
+        UserError: there is one alone, which is the drive and has its calibration beside it; or there are
+            several, and pictures too.
     """
-    videos = [] if files_in(folder, PICTURE_SUFFIXES) else files_in(folder, VIDEO_SUFFIXES)
-    if len(videos) == 1:
+    pictures, videos = files_in(folder, PICTURE_SUFFIXES), files_in(folder, VIDEO_SUFFIXES)
+    if pictures and len(videos) > 1:
+        raise UserError(
+            f"{folder}: holds {len(videos)} videos and {len(pictures)} pictures, such as {pictures[0].name}; "
+            "expected one kind: move the other one into a folder of its own"
+        )
+    if len(videos) == 1 and not pictures:
         raise UserError(f"{folder}: no pictures in this folder, but a video; name the video: {videos[0]}")
-    return videos
+    return [] if pictures else videos

@@ -42,6 +42,8 @@ class BatchCommand:
     as s3://bucket/folder (needs `pip install 'fsspec[s3]'`), which each worker fetches."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Folder of the batch: a folder for each drive, events.parquet, drives.parquet and manifest.json."""
+    join_files: bool = False
+    """Take the videos of each folder as one drive: dash cameras begin a new file every few minutes."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE|TABLE.csv")] = None
     """For drives that have no calibration beside them and no calibration.yaml in their folder: one file for
     all, or a table with the columns camera (name of the drive's folder), calibration and, optionally,
@@ -89,7 +91,7 @@ def run_batch(command: BatchCommand) -> int:
     # The workers of a scheduler have working folders of their own.
     out, calibration = command.out.absolute(), command.calibration and command.calibration.absolute()
     check_batch_folder(out)
-    drives = find_batch_drives(command.sources, calibration, command.topic)
+    drives = find_batch_drives(command.sources, calibration, command.topic, command.join_files)
     ledger = Ledger(out)
     with progress("looking at the drives", len(drives), MESSAGES) as bar:
         plan = plan_batch(

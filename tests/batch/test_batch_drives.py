@@ -164,3 +164,30 @@ def test_nothing_found_is_said(tmp_path):
         find_batch_drives([tmp_path])
     with pytest.raises(UserError, match="no such file"):
         find_batch_drives([tmp_path / "gone"])
+
+
+def test_files_of_one_folder_are_one_drive_where_that_is_asked(tmp_path):
+    monday, tuesday = tmp_path / "card" / "2026.05.04", tmp_path / "card" / "2026.05.05"
+    touch(*(day / f"DR_{i}.MP4" for day in (monday, tuesday) for i in range(3)))
+    touch(tuesday / "calibration.yaml", tmp_path / "card" / "calibration.yaml", monday / "log.mcap")
+    touch(tmp_path / "card" / "2026.05.04.gpx", tmp_path / "card" / "2026.05.05.calibration.yaml")
+    touch(tmp_path / "roof" / "alone.mp4", tmp_path / "roof" / "a" / "DR_1.MP4", tmp_path / "roof" / "b.mp4")
+    touch(monday / "._DR_0.MP4", tmp_path / "roof" / "calibration.yaml")
+    found = {drive.name: drive for drive in find_batch_drives([tmp_path], join_files=True)}
+    assert {name: drive.source for name, drive in found.items()} == {
+        "2026.05.04": monday,
+        "2026.05.05": tuesday,
+        "log": monday / "log.mcap",
+        "roof": tmp_path / "roof",
+        "DR_1": tmp_path / "roof" / "a" / "DR_1.MP4",
+    }
+    assert found["2026.05.04"].calibration == tmp_path / "card" / "calibration.yaml"
+    assert found["2026.05.04"].track == tmp_path / "card" / "2026.05.04.gpx"
+    assert found["2026.05.05"].calibration == tmp_path / "card" / "2026.05.05.calibration.yaml"
+    assert found["roof"].calibration == tmp_path / "roof" / "calibration.yaml"
+    assert {found[name].camera for name in ("2026.05.04", "2026.05.05")} == {"card"}
+
+
+def test_files_of_a_store_are_not_joined():
+    with pytest.raises(UserError, match="memory://card: --join-files takes folders of this computer"):
+        find_batch_drives(["memory://card"], join_files=True)

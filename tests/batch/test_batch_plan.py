@@ -54,6 +54,25 @@ def test_what_is_done_is_not_run_again(drives):
     assert [record.frames for record in again.records] == [7, 7]
 
 
+def test_joined_files_are_known_by_all_of_them(tmp_path):
+    day = tmp_path / "card" / "monday"
+    day.mkdir(parents=True)
+    (tmp_path / "card" / "calibration.yaml").write_text("a calibration")
+    for name in ("DR_1.MP4", "DR_2.MP4"):
+        (day / name).write_bytes(name.encode())
+
+    def planned() -> Plan:
+        found = find_batch_drives([tmp_path / "card"], join_files=True)
+        return plan_batch(found, OPTIONS, Ledger(tmp_path / "out"))
+
+    assert names(planned()) == ["monday"]
+    end(planned(), State.DONE)
+    day.rename(day.with_name("moved"))
+    assert names(planned()) == []
+    (tmp_path / "card" / "moved" / "DR_3.MP4").write_bytes(b"one more")
+    assert names(planned()) == ["moved"]
+
+
 def test_a_drive_is_known_by_its_content_under_any_name(drives):
     end(plan(drives), State.DONE)
     for path in sorted(drives.glob("a.*")):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 from mcap_files import DEMO, demo_frames, foxglove_images
+from running.demo_cut import cut_demo
 from running.tiny_nets import write_quick_net
 from video_making import write_short_drive
 
@@ -23,9 +24,9 @@ from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.names import MCAP_NAME
 
 
-def task_for(source: Path, out: Path, topic: str | None = None) -> Task:
+def task_for(source: Path, out: Path, topic: str | None = None, join_files: bool = False) -> Task:
     """A drive with a detector that takes no time."""
-    (drive,) = find_batch_drives([source], topic=topic)
+    (drive,) = find_batch_drives([source], topic=topic, join_files=join_files)
     options = BatchOptions(detector=f"onnx:{write_quick_net(source.with_name('quick.onnx'))}")
     identity = identity_of(drive.source, drive.calibration, options, drive.track, drive.topic)
     return Task(drive, identity, out / drive.name)
@@ -55,6 +56,17 @@ def test_of_several_cameras_the_named_one_is_run_and_known_by_its_topic(tmp_path
     front, rear = (task_for(source, tmp_path / "out", topic) for topic in ("/front", "/rear"))
     assert run_task(front).frames == 5
     assert len({task.identity.key for task in (unnamed, front, rear)}) == 3
+
+
+@pytest.mark.slow
+def test_the_files_of_a_dash_camera_are_run_as_one_drive(tmp_path):
+    for part in (1, 2):
+        cut_demo(tmp_path / "card" / "monday", part, 0.5, name=f"DR_{part}")
+    shutil.copy(DEMO / "drive.calibration.yaml", tmp_path / "card" / "calibration.yaml")
+    record = run_task(task_for(tmp_path / "card", tmp_path / "out", join_files=True))
+    assert (record.name, record.state, record.frames) == ("monday", State.DONE, 30)
+    assert record.source == str(tmp_path / "card" / "monday")
+    assert record.duration_s == pytest.approx(29 / 30)
 
 
 def test_a_trained_model_is_that_of_the_drive(tmp_path):

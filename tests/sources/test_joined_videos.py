@@ -49,8 +49,9 @@ def test_the_videos_of_a_folder_follow_each_other_by_their_numbers(drive):
     assert np.allclose([frame.time_ns for frame in frames], times_of(20), rtol=0, atol=3)
     assert source.times_ns.tolist() == [frame.time_ns for frame in frames]
     assert (source.name, source.frame_count, str(source.image_size)) == ("drive", 20, "64x48")
-    (note,) = source.notes
-    assert note.startswith("drive: its 3 videos, DR_2.MP4 to DR_10.MP4, are taken as one drive; `fcw batch`")
+    assert source.notes == (
+        "drive: its 3 videos, DR_2.MP4 to DR_10.MP4, are taken as one drive, by their names",
+    )
 
 
 def test_packets_are_relayed_over_the_boundaries(drive):
@@ -129,10 +130,17 @@ def test_a_video_without_times_cannot_be_joined(drive, make_video, numbered_imag
         next(source.frames())
 
 
-def test_a_rate_is_not_for_videos_and_pictures_go_before_them(drive):
+def test_a_rate_is_not_for_videos(drive):
     with pytest.raises(UserError, match="a frame rate of 5 was given, but a video has times"):
         open_source(drive, frame_rate_hz=5)
+
+
+def test_a_folder_of_videos_and_pictures_is_not_guessed_at(drive):
     cv2.imwrite(str(drive / "0.png"), np.full((48, 64, 3), 100, np.uint8))
+    with pytest.raises(UserError, match=r"holds 3 videos and 1 pictures, such as 0\.png; expected one kind"):
+        open_source(drive)
+    for name in ("DR_2.MP4", "DR_9.MP4"):  # one video may be of the pictures
+        (drive / name).unlink()
     assert open_source(drive).frame_count == 1
 
 

@@ -89,9 +89,9 @@ class JoinedSource:
     def notes(self) -> tuple[str, ...]:
         """That these are taken as one drive, how pictures were set right, and what could not be read."""
         first, last = self._videos[0].name, self._videos[-1].name
+        count = len(self._videos)
         notes = [
-            f"{self.name}: its {len(self._videos)} videos, {first} to {last}, are taken as one drive; "
-            "`fcw batch` runs each for itself"
+            f"{self.name}: its {count} videos, {first} to {last}, are taken as one drive, by their names"
         ]
         notes += self._opening_notes[0]
         for video, known in zip(self._videos, self._opening_notes, strict=True):
