@@ -102,7 +102,17 @@ def test_how_all_pictures_are_set_right_is_said_once(tmp_path, make_video, numbe
     assert not source.relays_video
 
 
-def test_videos_of_two_cameras_are_no_drive(drive, make_video, numbered_images):
+@pytest.mark.parametrize("names", [("1F.MP4", "1R.MP4"), ("day_NF.mp4", "day_NR.mp4"), ("0_f.ts", "0_r.ts")])
+def test_files_of_the_cameras_ahead_and_behind_are_told_by_their_names(names, drive):
+    for name in names:
+        shutil.copy(drive / "DR_2.MP4", drive / name)
+    with pytest.raises(
+        UserError, match=f"drive: holds files of two cameras by .* as {names[0]} and {names[1]};"
+    ):
+        open_source(drive)
+
+
+def test_videos_of_another_size_are_of_another_camera(drive, make_video, numbered_images):
     path = make_video("R.mp4", [image[:32] for image in numbered_images[:5]], codec_options=NO_B_FRAMES)
     shutil.move(path, drive / "R.mp4")
     with pytest.raises(UserError, match=r"R\.mp4: 64x32 pixels, expected 64x48 as in DR_2\.MP4; keep one"):

@@ -37,8 +37,10 @@ class JoinedSource:
             files: the videos in the order of the drive, at least one.
 
         Raises:
-            UserError: a file cannot be read, or its pictures have another size than those of the first.
+            UserError: a file cannot be read, its pictures have another size than those of the first, or the
+                names are those of two cameras.
         """
+        _check_one_camera(files)
         self.path = path
         self._videos = [VideoSource(file) for file in files]
         first = self._videos[0]
@@ -145,3 +147,15 @@ class JoinedSource:
         for before_ns, times_ns in pairwise(self._video_times_ns):
             shifts_ns.append(shifts_ns[-1] + int(before_ns[-1]) + period_ns - int(times_ns[0]))
         return shifts_ns
+
+
+def _check_one_camera(files: Sequence[Path]) -> None:
+    """See that the names do not end as those of cameras ahead and behind do: `0001F.MP4` and `0001R.MP4`."""
+    names = {file.stem.upper(): file for file in files}
+    for name, ahead in names.items():
+        behind = names.get(f"{name[:-1]}R")
+        if name.endswith("F") and behind:
+            raise UserError(
+                f"{ahead.parent}: holds files of two cameras by their names, such as {ahead.name} and "
+                f"{behind.name}; move those of the camera behind into a folder of their own"
+            )
