@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fcw.bounded.gpx import gpx_bytes
 from fcw.bounded.pictures import check_drive_size
 from fcw.camera.calibration import Calibration
-from fcw.camera.file import default_path, read_calibration
+from fcw.camera.file import calibration_path, default_path, read_calibration
 from fcw.camera.plausibility import plausibility
 from fcw.detection.choice import DEFAULT_DETECTOR, DETECTOR_NAMES, load_model, make_detector, model_path
 from fcw.detection.detector import Detection, Detector
@@ -230,9 +230,8 @@ class PreparedDrive:
         job = self.job
         texts = [job.detector.removeprefix("onnx:")] if isinstance(job.detector, str) else []
         texts += [str(job.ego_speed)] if isinstance(job.ego_speed, str | Path) else []
-        named = [job.calibration] if isinstance(job.calibration, Path) else [default_path(job.source)]
-        models = [] if job.model is None else [job.model]
-        return [job.source, *named, *models, *map(Path, texts)]
+        named = [job.calibration] if isinstance(job.calibration, Path) else [calibration_path(job.source)]
+        return [job.source, *named, *filter(None, [job.model]), *map(Path, texts)]
 
 
 def run_drive(
@@ -294,7 +293,9 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
     if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
         notes = (f"{source.name}: calibration from the file itself", *notes)
     elif facts is not None and job.calibration is None:
-        notes = (*facts.notes_on_calibration(default_path(job.source)), *notes)
+        notes = (*facts.notes_on_calibration(calibration_path(job.source)), *notes)
+    if job.calibration is None and (beside := calibration_path(job.source)) != default_path(job.source):
+        notes = (f"{source.name}: calibration from {beside}", *notes)
     notes = (*doubts, *notes)
     if isinstance(detector, str):
         assert model is not None
@@ -341,7 +342,7 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
     """
     if isinstance(job.calibration, Calibration):
         return for_pictures(job.calibration, source)
-    path = job.calibration or default_path(job.source)
+    path = job.calibration or calibration_path(job.source)
     if facts is not None and facts.calibration is not None and not _has_own_calibration(job):
         path, calibration = job.source, facts.calibration
     elif path.is_file():
@@ -366,7 +367,7 @@ def _calibrating(job: DriveJob) -> str:
 
 def _has_own_calibration(job: DriveJob) -> bool:
     """Whether a calibration was named, or made beside the source; either is preferred to one in its file."""
-    return job.calibration is not None or default_path(job.source).is_file()
+    return job.calibration is not None or calibration_path(job.source).is_file()
 
 
 def _field_of_view(facts: "McapFacts | None") -> str:

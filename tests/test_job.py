@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 
 import fcw
 from fcw.camera.calibration import GroundPoint
+from fcw.camera.file import write_calibration
 from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.camera.solve import calibrate
 from fcw.frame import VideoPacket
+from fcw.logs.mcap.reader import DriveLog
 from fcw.logs.records import DriveHeader
 
 SIZE = fcw.ImageSize(320, 192)
@@ -254,6 +256,25 @@ def test_a_calibration_of_another_shape_is_refused_before_anything_is_written(tm
     with pytest.raises(fcw.UserError, match="the calibration is for pictures of 320x240, these are 320x192"):
         fcw.run_drive(mistaken, GreySource())
     assert not (tmp_path / "out").exists()
+
+
+def test_the_calibration_of_a_folder_is_of_all_drives_in_it_that_have_none_of_their_own(tmp_path):
+    def run() -> tuple[float, tuple[str, ...]]:
+        job = fcw.DriveJob(tmp_path / "grey.mp4", tmp_path / "out", detector=OwnDetector())
+        outcome = fcw.run_drive(job, GreySource())
+        told = tuple(note for note in outcome.notes if "calibration from" in note)
+        return DriveLog(tmp_path / "out" / "drive.mcap").header.calibration.camera.height_m, told
+
+    (tmp_path / "grey.mp4").touch()
+    with pytest.raises(fcw.UserError, match=r"grey\.calibration\.yaml: no calibration for .*grey\.mp4"):
+        run()
+    for name, height_m, told in (
+        ("calibration.yaml", 1.7, (f"grey: calibration from {tmp_path / 'calibration.yaml'}",)),
+        ("grey.calibration.yaml", 1.1, ()),
+    ):
+        camera = replace(CAMERA, height_m=height_m)
+        write_calibration(fcw.Calibration.from_camera(camera, SIZE), tmp_path / name)
+        assert run() == (height_m, told)
 
 
 def test_a_calibration_that_its_maker_was_warned_of_is_told_with_the_drive(tmp_path):

@@ -10,14 +10,12 @@ from pathlib import Path, PurePath
 from fcw.batch.remote import Place, RemoteFile, files_below, place_of
 from fcw.bounded.files import MalformedError, read_text
 from fcw.bounded.formats import csv_rows
-from fcw.camera.file import CALIBRATION_SUFFIX
+from fcw.camera.file import CALIBRATION_SUFFIX, FOLDER_CALIBRATION
 from fcw.errors import UserError
 from fcw.logs.names import FAILED_MCAP_NAME, MCAP_NAME, TRUTH_LOG_NAME
 from fcw.sources import MCAP_SUFFIX
 from fcw.sources.folders.listing import VIDEO_SUFFIXES
 
-FOLDER_CALIBRATION = "calibration.yaml"
-"""Of all drives of a folder that have none of their own."""
 TRACK_SUFFIXES = ".gpx", ".GPX"
 """Cameras write names in capitals too."""
 TABLE_COLUMNS = ("camera", "calibration")

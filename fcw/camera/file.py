@@ -41,12 +41,25 @@ _Dumper.add_multi_representer(np.integer, lambda dumper, value: dumper.represent
 
 CALIBRATION_SUFFIX = ".calibration.yaml"
 """Of a drive's own calibration, after the drive's name."""
+FOLDER_CALIBRATION = "calibration.yaml"
+"""Of all drives of a folder that have none of their own."""
 
 
 def default_path(source: Path) -> Path:
-    """`<name>.calibration.yaml` beside a video or folder: where it is saved and looked for by default."""
+    """`<name>.calibration.yaml` beside a video or folder: where it is saved by default."""
     name = source.stem if source.is_file() else source.resolve().name
     return source.parent / f"{name}{CALIBRATION_SUFFIX}"
+
+
+def calibration_path(source: Path) -> Path:
+    """Where the calibration of a video or folder is, if nobody names one.
+
+    The first of these that exists: its own (`default_path`), `calibration.yaml` in the folder, and
+    `calibration.yaml` beside the source. If there is none, its own.
+    """
+    own = default_path(source)
+    shared = (source / FOLDER_CALIBRATION, source.parent / FOLDER_CALIBRATION)
+    return next((path for path in (own, *shared) if path.is_file()), own)
 
 
 def calibration_text(calibration: Calibration, warnings: Sequence[str] | None = None) -> str:

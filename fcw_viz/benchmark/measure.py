@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from fcw.camera.file import default_path
+from fcw.camera.file import calibration_path
 from fcw.detection.choice import DetectorModel
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model, model_sha256
 from fcw.frame import Source
@@ -103,7 +103,7 @@ def _long_enough(job: DriveJob, source: Source, shortest_s: float) -> Iterator[D
     with tempfile.TemporaryDirectory() as folder:
         long = Path(folder) / f"{path.stem}-repeated{path.suffix}"
         repeat_packets(path, long, shortest_s)
-        yield replace(job, source=long, calibration=job.calibration or default_path(path))
+        yield replace(job, source=long, calibration=job.calibration or calibration_path(path))
 
 
 def _picture_round(cases: Mapping[str, PictureCase], pictures: Sequence[Picture]) -> dict[str, float]:

@@ -5,7 +5,7 @@ from datetime import datetime
 from pathlib import Path
 from shlex import quote
 
-from fcw.camera.file import default_path, read_calibration
+from fcw.camera.file import calibration_path, read_calibration
 from fcw.errors import UserError
 from fcw.frame import ImageSize
 from fcw.job import DriveJob, load_calibration
@@ -87,7 +87,7 @@ def _open_camera(command: RunCommand, job: DriveJob, stop: threading.Event) -> L
 
 
 def _calibrated_size(command: RunCommand, job: DriveJob) -> ImageSize:
-    path = command.calibration or default_path(job.source)
+    path = command.calibration or calibration_path(job.source)
     if not path.is_file():
         raise UserError(
             f"{path}: no calibration for {job.source}; make one with `fcw calibrate --points ... "

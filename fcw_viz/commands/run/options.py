@@ -23,8 +23,8 @@ class RunCommand:
     """Video or MCAP file, or folder of pictures or of the videos of one drive; with --live also a camera: its
     number, /dev/video0, or an rtsp or http address."""
     calibration: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Calibration file. Default: `<name>.calibration.yaml` beside the source, else the one in an MCAP
-    file."""
+    """Calibration file. Default: `<name>.calibration.yaml` beside the source, else `calibration.yaml` in its
+    folder, else the one in an MCAP file."""
     topic: Annotated[str | None, tyro.conf.arg(metavar="TOPIC")] = None
     """Image topic of an MCAP file; needed if the file has more than one."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
