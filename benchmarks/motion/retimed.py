@@ -57,7 +57,15 @@ def doubled(pictures: Pictures) -> Iterator[NDArray[np.uint8]]:
         yield ((picture.astype(np.uint16) + after + 1) // 2).astype(np.uint8)
 
 
-WAYS: dict[str, tuple[Callable[[Pictures], Iterator[NDArray[np.uint8]]], int]] = {
+def woven(pictures: Pictures) -> Iterator[NDArray[np.uint8]]:
+    """Interlaced: half as many a second, of the even rows of one picture and the odd rows of the next."""
+    for first, second in zip(pictures[::2], pictures[1::2], strict=False):
+        picture = first.copy()
+        picture[1::2] = second[1::2]
+        yield picture
+
+
+WAYS: dict[str, tuple[Callable[[Pictures], Iterator[NDArray[np.uint8]]], int | Fraction]] = {
     "as it is": (iter, 1),
     "each picture twice": (every(2), 1),
     "each picture four times": (every(4), 1),
@@ -65,6 +73,7 @@ WAYS: dict[str, tuple[Callable[[Pictures], Iterator[NDArray[np.uint8]]], int]] =
     "one of ten lost": (lost(10), 1),
     "half a second in two stalled": (stalled, 1),
     "twice as many by blending": (doubled, 2),
+    "interlaced": (woven, Fraction(1, 2)),
 }
 
 
