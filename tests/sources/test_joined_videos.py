@@ -89,6 +89,21 @@ def test_after_a_damaged_picture_the_drive_goes_on_and_names_its_file(drive, mak
     assert source.notes[1:] == ("DR_5.MP4: 1 picture damaged beyond decoding, left out",)
 
 
+def test_a_last_file_without_its_index_is_left_out_and_told(drive):
+    torn = drive / "DR_11.MP4"
+    torn.write_bytes((drive / "DR_10.MP4").read_bytes()[:1500])
+    source = open_source(drive)
+    assert len(list(source.frames())) == 20
+    whole, left_out = source.notes
+    assert whole.startswith("drive: its 3 videos, DR_2.MP4 to DR_10.MP4")
+    assert left_out.startswith(f"left out: {torn}: not a readable video")
+    assert left_out.endswith("may lack its index: repair it first")
+    for name in LENGTHS:
+        (drive / name).write_bytes(b"")
+    with pytest.raises(UserError, match=r"DR_2\.MP4: not a readable video"):
+        open_source(drive)
+
+
 def test_how_all_pictures_are_set_right_is_said_once(tmp_path, make_video, numbered_images):
     for i in range(3):
         make_video(f"{i}.mp4", numbered_images[:3], rotation=(90, False, False), codec_options=NO_B_FRAMES)

@@ -30,19 +30,30 @@ class JoinedSource:
     """
 
     def __init__(self, path: Path, files: Sequence[Path]) -> None:
-        """Look into each video up to its first picture.
+        """Look into each video up to its first picture; one that cannot be read is left out and noted.
+
+        The last file of a camera that lost its power often is such a one.
 
         Args:
             path: of the folder.
             files: the videos in the order of the drive, at least one.
 
         Raises:
-            UserError: a file cannot be read, its pictures have another size than those of the first, or the
-                names are those of two cameras.
+            UserError: no file can be read, the pictures of one have another size than those of the first, or
+                the names are those of two cameras.
         """
         _check_one_camera(files)
         self.path = path
-        self._videos = [VideoSource(file) for file in files]
+        self._videos: list[VideoSource] = []
+        faults: list[UserError] = []
+        for file in files:
+            try:
+                self._videos.append(VideoSource(file))
+            except UserError as error:
+                faults.append(error)
+        if not self._videos:
+            raise faults[0]
+        self._left_out = tuple(f"left out: {error}" for error in faults)
         first = self._videos[0]
         self.image_size, self.frame_rate_hz = first.image_size, first.frame_rate_hz
         self.zero_utc_ns = first.zero_utc_ns
@@ -95,7 +106,7 @@ class JoinedSource:
         notes = [
             f"{self.name}: its {count} videos, {first} to {last}, are taken as one drive, by their names"
         ]
-        notes += self._opening_notes[0]
+        notes += (*self._left_out, *self._opening_notes[0])
         for video, known in zip(self._videos, self._opening_notes, strict=True):
             notes += video.notes[len(known) :]
         return tuple(notes)
