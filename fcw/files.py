@@ -109,12 +109,17 @@ def check_kind(path: Path, what: str, marks: Sequence[bytes]) -> None:
     Raises:
         UserError: it is of another kind.
     """
+    if path.is_file() and path.stat().st_size and not is_kind(path, marks):
+        raise UserError(f"{path}: is there already, and is no {what}; name another file, or move it away")
+
+
+def is_kind(path: Path, marks: Sequence[bytes]) -> bool:
+    """Whether a file is there and has one of these marks near its start."""
     if not path.is_file():
-        return
+        return False
     with path.open("rb") as file:
         start = file.read(MARK_BYTES)
-    if start and not any(mark in start for mark in marks):
-        raise UserError(f"{path}: is there already, and is no {what}; name another file, or move it away")
+    return any(mark in start for mark in marks)
 
 
 def check_place(path: Path, option: str = "") -> None:

@@ -266,8 +266,11 @@ def test_the_calibration_of_a_folder_is_of_all_drives_in_it_that_have_none_of_th
         return DriveLog(tmp_path / "out" / "drive.mcap").header.calibration.camera.height_m, told
 
     (tmp_path / "grey.mp4").touch()
-    with pytest.raises(fcw.UserError, match=r"grey\.calibration\.yaml: no calibration for .*grey\.mp4"):
-        run()
+    for foreign in ("", "image_width: 320\nimage_height: 192\n"):  # the second is as ROS has it
+        (tmp_path / "calibration.yaml").write_text(foreign)
+        with pytest.raises(fcw.UserError, match=r"grey\.calibration\.yaml: no calibration for .*grey\.mp4"):
+            run()
+    (tmp_path / "calibration.yaml").unlink()
     for name, height_m, told in (
         ("calibration.yaml", 1.7, (f"grey: calibration from {tmp_path / 'calibration.yaml'}",)),
         ("grey.calibration.yaml", 1.1, ()),

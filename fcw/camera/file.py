@@ -19,7 +19,7 @@ from fcw.camera.plausibility import plausibility
 from fcw.camera.points import LARGEST_TAPE_ERROR, LEAST_HEIGHT_M, MOST_M
 from fcw.camera.straight import LEVEL, Undone
 from fcw.errors import UserError
-from fcw.files import CALIBRATION, check_kind, write_whole
+from fcw.files import CALIBRATION, check_kind, is_kind, write_whole
 from fcw.frame import ImageSize
 from fcw.units import pitch_text
 
@@ -55,11 +55,14 @@ def calibration_path(source: Path) -> Path:
     """Where the calibration of a video or folder is, if nobody names one.
 
     The first of these that exists: its own (`default_path`), `calibration.yaml` in the folder, and
-    `calibration.yaml` beside the source. If there is none, its own.
+    `calibration.yaml` beside the source; others than this program's, as ROS has them, do not count. If there
+    is none, its own.
     """
     own = default_path(source)
+    if own.is_file():
+        return own
     shared = (source / FOLDER_CALIBRATION, source.parent / FOLDER_CALIBRATION)
-    return next((path for path in (own, *shared) if path.is_file()), own)
+    return next((path for path in shared if is_kind(path, CALIBRATION[1])), own)
 
 
 def calibration_text(calibration: Calibration, warnings: Sequence[str] | None = None) -> str:

@@ -97,7 +97,7 @@ def _videos_of(folder: Path) -> list[Path]:
     pictures, videos = files_in(folder, PICTURE_SUFFIXES), files_in(folder, VIDEO_SUFFIXES)
     if pictures and len(videos) > 1:
         raise UserError(
-            f"{folder}: holds {len(videos)} videos and {len(pictures)} pictures, such as {pictures[0].name}; "
+            f"{folder}: holds videos, such as {videos[0].name}, and pictures, such as {pictures[0].name}; "
             "expected one kind: move the other one into a folder of its own"
         )
     if len(videos) == 1 and not pictures:

@@ -55,9 +55,8 @@ class JoinedSource:
             raise faults[0]
         self._left_out = tuple(f"left out: {error}" for error in faults)
         first = self._videos[0]
-        self.image_size, self.frame_rate_hz = first.image_size, first.frame_rate_hz
-        self.zero_utc_ns = first.zero_utc_ns
-        size = self.image_size
+        self.image_size = size = first.image_size
+        self.frame_rate_hz, self.zero_utc_ns = first.frame_rate_hz, first.zero_utc_ns
         for video in self._videos:
             if video.image_size != size:
                 raise UserError(
@@ -101,11 +100,10 @@ class JoinedSource:
     @property
     def notes(self) -> tuple[str, ...]:
         """That these are taken as one drive, how pictures were set right, and what could not be read."""
-        first, last = self._videos[0].name, self._videos[-1].name
-        count = len(self._videos)
-        notes = [
-            f"{self.name}: its {count} videos, {first} to {last}, are taken as one drive, by their names"
-        ]
+        names, notes = [video.name for video in self._videos], list[str]()
+        if len(names) > 1:
+            those = f"its {len(names)} videos, {names[0]} to {names[-1]}"
+            notes.append(f"{self.name}: {those}, are taken as one drive, by their names")
         notes += (*self._left_out, *self._opening_notes[0])
         for video, known in zip(self._videos, self._opening_notes, strict=True):
             notes += video.notes[len(known) :]
