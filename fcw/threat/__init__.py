@@ -1,1 +1,1 @@
-"""How dangerous each vehicle is: when we reach it, and whether it is in our way then."""
+"""How dangerous each vehicle is: when we reach it, and whether it will be in our way then."""

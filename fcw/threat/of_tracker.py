@@ -1,4 +1,4 @@
-"""The threats of what a tracker follows."""
+"""The threats of the vehicles that a tracker follows."""
 
 from collections.abc import Sequence
 
@@ -15,8 +15,8 @@ def threats_of(tracker: Tracker, tracks: Sequence[Track], ego: Ego = NOTHING_KNO
     Args:
         tracker: the tracker, already updated with that frame.
         tracks: the tracks that this update returned.
-        ego: the own motion and path that the update was given. Where these have no own speed, the one that
-            the tracker holds is used.
+        ego: the own motion and path that the update was given. If it has no own speed, the tracker's last
+            known one is used.
     """
     own_mps, own_sigma_mps = ego.motion.speed_mps, ego.motion.speed_sigma_mps
     if own_mps is None and (held := tracker.own_speed) is not None:

@@ -1,10 +1,10 @@
-"""The threat of one vehicle: when we reach it, whether it is in our way then, and what that needs.
+"""The threat of one vehicle: when we reach it, whether it is in our way then, and what avoids it.
 
 After Brannstrom, Coelingh & Sjoberg 2010, "Model-based threat assessment for avoiding arbitrary vehicle
 collisions" (braking and steering needed), and Lefevre, Vasquez & Laugier 2014, "A survey on motion prediction
 and risk assessment for intelligent vehicles" (the probability of a collision if nobody acts).
 
-The constants below were chosen and tried on KITTI tracking 0000 to 0010 and the simulated scenarios; nothing
+The constants below were chosen and tried on KITTI tracking 0000 to 0010 and the simulated scenarios. No drive
 was left out.
 """
 
@@ -21,72 +21,72 @@ from fcw.tracking.range.model import REARS
 from fcw.tracking.types import Track
 
 OWN_WIDTH_M = 1.8
-"""Of our car, mirrors aside."""
+"""Width of our car without its mirrors."""
 WIDEST_CAR_M = 1.8
-"""A car that looks wider is seen from a corner, if it does not cross our path or stand across it; a lorry is
-taller than wide, or nearly so."""
+"""A car that looks wider than this is seen from a corner, unless it crosses our path or stands across it.
+Lorries are exempt: they are taller than wide, or nearly so."""
 CAR = REARS[0]
-"""A passenger car, as the range filter has it: how wide one that crosses looks follows from its box."""
+"""A passenger car as the range filter models it. The visible width of a crossing car follows from its box."""
 ALONG_MPS = 2.0
-"""What moves faster along the road does not stand across it."""
+"""A vehicle that moves faster than this along the road does not stand across it."""
 LORRY_ASPECT = 0.85
 STEADY_BEND_MPS2 = 0.2
 """A bend is steady if it is known to this lateral acceleration (1-sigma)."""
 STEADY_BEND_M = 0.2
-"""It is also steady if the place of our path beside the vehicle is known to this. Of 0.1, 0.2 and 0.3 the
-largest with as few episodes on KITTI tracking, 14 seeds, as without it; with 0010 left out all three are
-alike."""
+"""It is also steady if the lateral position of our path at the vehicle is known to this (1-sigma). The
+largest of 0.1, 0.2 and 0.3 that adds no episode on KITTI tracking, 14 seeds; with 0010 left out all three are
+equal."""
 PASSING_ROOM_M = 0.3
-"""Room that is left by who steers past a vehicle."""
+"""Room that a driver leaves when steering past a vehicle."""
 SHORTEST_S = 0.01
 HORIZON_S = 7.0
-"""What is farther away in time is no collision that anybody can predict."""
+"""Nobody can predict a collision that is farther away in time."""
 SURE_GROWTH_MPS2 = 1.0
-"""A closing speed that grows more slowly counts as constant: a lead may just let go of the pedal."""
+"""A closing speed that grows more slowly counts as constant: the lead may only have lifted its foot."""
 YOUNG_S = 2.0
 YOUNG_GROWTH_SIGMAS = 1.5
-"""Up to the age of `YOUNG_S` a closing speed must grow by this many sigmas to count as growing: its first
-errors are mended in that time, which looks like braking. Chosen on one simulated scenario (`near-pass`, from
-pictures); 3 s gives the same on KITTI's drives and in all scenarios from boxes. Asked at any age, it would
-delay warnings of a lead that brakes gently."""
+"""Up to the age of `YOUNG_S`, a closing speed must grow by this many sigmas to count as growing. In that time
+the filter corrects its first errors, which looks like braking. `YOUNG_S` was chosen on one simulated scenario
+(`near-pass`, from pictures); 3 s gives the same on KITTI's drives and in all scenarios from boxes. Required
+at any age, it would delay warnings of a lead that brakes gently."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Threat:
-    """One vehicle as a threat, as believed at the time of a frame; "then" is when we reach its rear.
+    """One vehicle as a threat, as estimated at a frame. "Then" means when we reach its rear.
 
     Attributes:
         track: the vehicle.
         is_lead: whether it is the lead, which headway is about.
         is_oncoming: whether it surely comes towards us.
-        reach_s: time until then, if the closing speed goes on growing as it does now; None when the gap does
+        reach_s: time until then, if the closing speed keeps growing as it does now; None when the gap does
             not close.
         reach_low_s: 16th percentile of `reach_s`; None when the gap does not close.
-        reach_high_s: 84th percentile of `reach_s`; inf where we may never reach it, None when the gap does
-            not close.
+        reach_high_s: 84th percentile of `reach_s`; inf if we may never reach it, None when the gap does not
+            close.
         offset_m: distance of its middle from the middle of our path then, positive to the left.
         offset_sigma_m: 1-sigma of `offset_m`.
         comes_in: whether it surely moves towards the middle of our path.
         crosses: whether it surely moves across our path faster than anyone changes lane.
-        turn_known: whether our turning is known. Where it is not, a vehicle that stands beside a bend may
-            seem to come in.
+        turn_known: whether our turning is known. If it is not, a vehicle that stands beside a bend may seem
+            to come in.
         bend_changes: whether the curvature of our path at the vehicle is poorly known: while we steer into a
             bend or out of one, turn at an unknown speed, or drive through a bend whose lane lines are not
             seen, so that it may end. A vehicle that is in our way now will mostly not be in it then.
-        lane_seen: whether the lines of our lane are seen, so that a vehicle in it is known to be in it.
-        overlap_now_m: how far its width and ours overlap where it is now; negative: the room between them.
-        overlap_m: how far they overlap then, likewise.
-        clear_s: for how long a vehicle that is in our way now will have left it then: the post-encroachment
-            time (Allen, Shin & Cooper 1978); 0 where it will not have left. None where it is not in our way
-            now or the gap does not close, and where a vehicle that leaves may come towards us, which takes
-            that time away.
+        lane_seen: whether the lane lines of our lane are seen, which tell whether a vehicle is in it.
+        overlap_now_m: how far its width and ours overlap where it is now; if negative, the room between them.
+        overlap_m: how far they overlap then; if negative, the room between them.
+        clear_s: how long before then a vehicle that is in our way now will have left it: the
+            post-encroachment time (Allen, Shin & Cooper 1978); 0 if it will not have left. None if it is not
+            in our way now, if the gap does not close, and if a vehicle that leaves may be oncoming, which
+            shortens that time.
         overlap_probability: probability that the two widths overlap then.
         collision_probability: probability that we hit it within `HORIZON_S` if nobody acts.
         required_deceleration_mps2: constant braking from now on that just avoids the collision; None when the
             gap does not close.
-        required_lateral_mps2: constant lateral acceleration that steers past it with a little room; 0 where
-            there is room anyway, None when the gap does not close.
-        drives: whether it surely drives along the road as we do.
+        required_lateral_mps2: constant lateral acceleration that steers past it with `PASSING_ROOM_M` to
+            spare; 0 if there is room anyway, None when the gap does not close.
+        drives: whether it surely drives along the road in our direction.
     """
 
     track: Track
@@ -113,7 +113,7 @@ class Threat:
 
     @property
     def urgency(self) -> float:
-        """Required deceleration times the probability of a collision: the order of threats."""
+        """Required deceleration times the probability of a collision; threats are sorted by it."""
         return self.collision_probability * min(self.required_deceleration_mps2 or 0.0, 100.0)
 
 
@@ -130,12 +130,12 @@ def assess(
 
     Args:
         tracks: all tracks of one frame.
-        lead_id: which of them is the lead; None where the own path is free.
-        path: our own.
+        lead_id: which of them is the lead; None when the own path is free.
+        path: our own path.
         own_mps: own speed; None when unknown.
-        reference_offset_m: how far the reference of distances is ahead of the camera.
-        turn: our turning now; None where it is unknown, and we are taken to turn as the path bends.
-        own_sigma_mps: 1-sigma of the own speed where it was measured; None or 0 where it was given.
+        reference_offset_m: how far the point from which distances are measured is ahead of the camera.
+        turn: our turning now; None when unknown, in which case we are assumed to follow the path's bend.
+        own_sigma_mps: 1-sigma of the own speed if it was measured; None or 0 if it was given.
     """
     threats = [
         _assess_one(
@@ -155,19 +155,19 @@ def assess(
 
 
 def reach_s(distance_m: float, closing_mps: float, growth_mps2: float) -> float | None:
-    """Time to cover a distance if the closing speed goes on growing as it does now (ISO 15623's ETTC).
+    """Time to cover a distance if the closing speed keeps growing as it does now (ISO 15623's ETTC).
 
-    A closing speed that shrinks counts as constant, as a driver who brakes may let go. None when the gap does
-    not close.
+    A shrinking closing speed counts as constant, as a driver who brakes may stop braking. None when the gap
+    does not close.
     """
     if closing_mps <= 0:
         return None
-    # The solution of d = v t + a t^2 / 2 in the form that holds for a = 0 too.
+    # The solution of d = v t + a t^2 / 2, in a form that is also valid for a = 0.
     return 2 * distance_m / (closing_mps + math.sqrt(closing_mps**2 + 2 * max(growth_mps2, 0.0) * distance_m))
 
 
 def surely_grows(track: Track) -> bool:
-    """Whether the closing speed of a vehicle surely grows, as that of a lead that brakes does."""
+    """Whether a vehicle's closing speed surely grows, as it does behind a braking lead."""
     growth_mps2 = track.closing_acceleration_mps2
     least_mps2 = 0.0
     if track.age_s < YOUNG_S:
@@ -184,7 +184,7 @@ def required_deceleration_mps2(distance_m: float, closing_speed_mps: float) -> f
         return None
     if distance_m <= 0:
         return math.inf
-    return closing_speed_mps * closing_speed_mps / (2 * distance_m)  # a power raises where this is inf
+    return closing_speed_mps * closing_speed_mps / (2 * distance_m)  # `**` raises on overflow; this gives inf
 
 
 def _assess_one(
@@ -250,10 +250,10 @@ def _assess_one(
 
 
 def _is_across(track: Track, own_mps: float | None) -> bool:
-    """Whether it stands across the road, or crosses slowly, and so is seen from its side.
+    """Whether it stands across the road, or crosses it slowly, so that its side is seen.
 
-    It does not move along the road, and looks wider than all that a car along it shows. Where the own speed
-    is unknown none is across: cars that turn off before us look as wide.
+    Such a vehicle does not move along the road, and looks wider than any car that points along it. If the own
+    speed is unknown, no vehicle counts as such: cars that turn off ahead of us look just as wide.
     """
     if own_mps is None or abs(own_mps - track.closing_speed_mps) > ALONG_MPS:
         return False
@@ -288,5 +288,5 @@ def _probability_between(low: float, high: float, mean: float, sigma: float) -> 
 
 
 def _normal(z: float) -> float:
-    """The standard normal distribution up to z."""
+    """The cumulative standard normal distribution at z."""
     return 0.5 * math.erfc(-z / math.sqrt(2))

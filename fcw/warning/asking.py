@@ -1,4 +1,4 @@
-"""Asks a warning policy for its warning and checks the answer: the policy may be a user's own."""
+"""Ask a warning policy for its warning and check the answer, as the policy may be a user's own."""
 
 from collections.abc import Sequence
 

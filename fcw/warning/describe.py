@@ -21,7 +21,7 @@ def describe(state: WarningState, imperial: bool = False) -> str:
 
     Args:
         state: the warning.
-        imperial: feet and miles per hour.
+        imperial: feet and miles per hour instead of metric units.
     """
     if state.level == WarningLevel.NONE:
         return "no warning"
@@ -45,11 +45,11 @@ def describe(state: WarningState, imperial: bool = False) -> str:
 
 
 def reason(state: WarningState, imperial: bool = False) -> str:
-    """The rule that holds the level, its threshold and what it assumes.
+    """The rule behind the level, its threshold and what it assumes, in words.
 
     Args:
-        state: with a level.
-        imperial: feet.
+        state: a warning; its level is not NONE.
+        imperial: feet instead of metres.
     """
     text, assumes = REASONS.get(state.rule, state.rule), state.assumes
     needed_m = state.needed_distance_m
@@ -65,12 +65,12 @@ def reason(state: WarningState, imperial: bool = False) -> str:
         return f"{text} of {distance_text(needed_m, imperial)}, for {assumes}"
     limit = "more than" if state.rule == "required_deceleration" else "less than"
     if needed_m is not None and state.distance_m is not None and state.distance_m > needed_m:
-        # By its means it is not: it was, or it may be by what is uncertain.
+        # The means do not break the limit: they did a moment ago, or the values within the uncertainty do.
         limit = f"{'recently' if state.rule == 'headway' else 'perhaps'} {limit}"
     return f"{text}, {limit} {assumes}"
 
 
 def braking_text(deceleration_mps2: float) -> str:
-    """A deceleration in g; one that no car reaches, infinite at contact, as such."""
+    """A deceleration in g; "over 2 g" for one that no car reaches (at contact it is infinite)."""
     braking_g = deceleration_mps2 / STANDARD_GRAVITY_MPS2
     return f"over {MOST_BRAKING_G} g" if braking_g > MOST_BRAKING_G else f"{braking_g:.2f} g"

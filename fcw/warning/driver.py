@@ -1,4 +1,4 @@
-"""Drivers who react to a warning and brake, and the rule that warns when one of them must be warned."""
+"""Drivers who react to a warning and brake, and the rule that warns one of them just in time."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ from fcw.warning.types import WarningLevel
 
 RULE_BRAKING_DUE = "braking_due"
 HARDEST_BRAKING_MPS2 = 8.0
-"""What a car brakes with at most (as in RSS): a closing speed that seems to change faster is noise."""
+"""The hardest that a car can brake (as in RSS). A closing speed that seems to change faster is noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,15 +17,15 @@ class Driver:
     """A driver who reacts to the warning and brakes.
 
     Attributes:
-        reaction_s: from the warning to full braking.
-        braking_mps2: deceleration then.
+        reaction_s: time from the warning to full braking.
+        braking_mps2: deceleration from then on.
     """
 
     reaction_s: float
     braking_mps2: float
 
     def slower(self, by_s: float) -> "Driver":
-        """The same driver, who reacts by so many seconds later; sooner where they are negative."""
+        """The same driver reacting `by_s` later, or sooner if it is negative."""
         return replace(self, reaction_s=max(self.reaction_s + by_s, 0.0))
 
     @property
@@ -34,9 +34,9 @@ class Driver:
         return f"{self.reaction_s:.1f} s to react and {self.braking_mps2 / STANDARD_GRAVITY_MPS2:.2f} g"
 
     def needed_distance_m(self, closing_speed_mps: float) -> float:
-        """Gap this driver needs to take off a closing speed: v t + v^2 / (2 a).
+        """Gap that this driver needs to brake off a closing speed: v t + v^2 / (2 a).
 
-        The same as the required deceleration v^2 / (2 (d - v t)) being a.
+        At that gap d, the required deceleration v^2 / (2 (d - v t)) is just a.
         """
         return closing_speed_mps * self.reaction_s + closing_speed_mps**2 / (2 * self.braking_mps2)
 
@@ -49,12 +49,12 @@ SLOWEST_DRIVER = Driver(reaction_s=2.0, braking_mps2=3.6)
 
 
 def needed_distance_m(approach: Approach, driver: Driver) -> float:
-    """Gap that the driver needs behind a lead that goes on as it does now.
+    """Gap that the driver needs behind a lead that continues as it does now.
 
-    During the reaction the closing speed goes on growing, or shrinking, as it does. Then the driver brakes,
-    and a lead that brakes goes on until it stands. Where the own speed is unknown, and with it when the lead
-    stands, it goes on during the reaction alone. For a constant closing speed it is
-    `Driver.needed_distance_m`.
+    During the reaction time the closing speed keeps growing or shrinking at its present rate. Then the driver
+    brakes; a braking lead keeps braking until it stands. If the own speed is unknown, so is the moment at
+    which the lead stands, and the lead is assumed to brake during the reaction time only. For a constant
+    closing speed the result is `Driver.needed_distance_m`.
     """
     closing_mps, used_m = max(approach.closing_mps, 0.0), 0.0
     for duration_s, growth_mps2 in _phases(approach, driver):
@@ -66,7 +66,7 @@ def needed_distance_m(approach: Approach, driver: Driver) -> float:
 
 
 def _phases(approach: Approach, driver: Driver) -> tuple[tuple[float, float], ...]:
-    """How long the closing speed grows and how fast; the last phase, of braking, lasts for ever."""
+    """Phases of the closing speed, as (duration, growth); the last one, in which we brake, is endless."""
     growth_mps2 = max(-HARDEST_BRAKING_MPS2, min(approach.acceleration_mps2, HARDEST_BRAKING_MPS2))
     if growth_mps2 <= 0 or approach.own_mps is None:
         return (driver.reaction_s, growth_mps2), (math.inf, -driver.braking_mps2)
@@ -87,9 +87,9 @@ class DriverRule:
 
     Attributes:
         level: the level that this rule raises.
-        driver: who is warned.
-        lead_goes_on: whether a change of the closing speed is taken to go on; without, it is the Euro NCAP
-            driver model of MathWorks' example.
+        driver: the driver who is warned.
+        lead_goes_on: whether the closing speed is assumed to keep changing as it does now. If not, this is
+            the Euro NCAP driver model of MathWorks' example.
     """
 
     level: WarningLevel

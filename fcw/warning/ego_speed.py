@@ -1,4 +1,4 @@
-"""The own speed over the time of a drive: a number, a GPX track, or a CSV file, also with the yaw rate."""
+"""The own speed over a drive: one number, a GPX track, or a CSV file, which may also hold the yaw rate."""
 
 import math
 from bisect import bisect_right
@@ -20,36 +20,36 @@ SPEED_COLUMN = "speed_mps"
 YAW_COLUMN = "yaw_rate_radps"
 EXPECTED = f"expected a CSV with the header {TIME_COLUMN},{SPEED_COLUMN}"
 HIGHEST_SPEED_MPS = 70.0
-"""252 km/h: makers limit even fast cars to 250, and who drives more is no case for a warning.
+"""252 km/h: even fast cars are limited to 250.
 
-A larger number is most likely km/h: 80 is an everyday speed in those, and 288 km/h in metres per second.
+A larger number is most likely in km/h. 80 km/h is an everyday speed; 80 m/s would be 288 km/h.
 """
 FASTEST_YAW_RADPS = 3.0
-"""A larger number is surely not radians per second (172 degrees per second): cars spin more slowly."""
+"""172 degrees per second. Even a spinning car turns more slowly, so a larger number is in another unit."""
 TIME_ERROR_S = 1e-3
-"""By which steps that are meant to be even differ."""
+"""Tolerance for time steps that are meant to be equal."""
 SHORTEST_GAP_S, LONGEST_STEP_S = 1.0, 10.0
-"""Between samples farther apart than twice their usual step nothing is known, within these limits.
+"""Samples more than twice their usual step apart have a gap between them; these bound that limit.
 
-A sample may be lost of those of a receiver that gives one a second, or one in five seconds. Of a car that
-brakes with 6 m/s^2 meanwhile, a straight line over 1 s is wrong by 0.8 m/s at most; in 10 s any car stops.
+Receivers give a sample every second or every five seconds, and may lose one. Interpolating linearly over 1 s
+is off by at most 0.8 m/s if the car brakes with 6 m/s^2 meanwhile. In 10 s any car can stop.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class EgoSpeed:
-    """Own speed, constant or between the samples of a file that are not too far apart.
+    """Own speed: constant, or interpolated between samples that are not too far apart.
 
     Attributes:
         times_s: sample times on the source's clock, ascending; empty for a constant speed.
         speeds_mps: speed at each time, or the one constant speed.
-        yaw_rates_radps: how fast we turn at each time, positive to the left; empty where unknown.
-        from_first_frame: whether the times count from the drive's first frame instead, as those of a GPX
-            track, whose receiver knows nothing of the source's clock.
-        longest_step_s: samples farther apart have a gap between them, in which the speed is unknown.
+        yaw_rates_radps: yaw rate at each time, positive to the left; empty when unknown.
+        from_first_frame: whether the times count from the drive's first frame instead of on the source's
+            clock. True for a GPX track, whose receiver does not know that clock.
+        longest_step_s: the speed is unknown between samples that are farther apart than this.
 
     Raises:
-        UserError: the times do not rise, a number cannot be of its kind, or the lists differ in length.
+        UserError: the times do not rise, a value is implausible, or the lists differ in length.
     """
 
     times_s: tuple[float, ...]
@@ -67,7 +67,7 @@ class EgoSpeed:
         object.__setattr__(self, "longest_step_s", longest_s + TIME_ERROR_S)
 
     def _fault(self) -> str:
-        """What is wrong with the samples; empty where they are as they must be."""
+        """What is wrong with the samples; empty if nothing is."""
         times_s, count = self.times_s, len(self.times_s)
         numbers = (*times_s, *self.speeds_mps, *self.yaw_rates_radps)
         for number in numbers:
@@ -91,7 +91,7 @@ class EgoSpeed:
 
     @classmethod
     def parse(cls, text: str) -> "EgoSpeed":
-        """From what a user typed: metres per second, or the path of a CSV or GPX file.
+        """Make one from what a user typed: metres per second, or the path of a CSV or GPX file.
 
         Raises:
             UserError: see `constant`, `read_csv` and `read_gpx`.
@@ -109,7 +109,7 @@ class EgoSpeed:
 
     @classmethod
     def constant(cls, speed_mps: float) -> "EgoSpeed":
-        """The same speed all the time.
+        """Make one of the same speed all the time.
 
         Raises:
             UserError: it is no plausible speed in metres per second.
@@ -120,7 +120,7 @@ class EgoSpeed:
 
     @classmethod
     def read_gpx(cls, path: Path) -> "EgoSpeed":
-        """From a GPX track that begins with the drive: its first point is at the drive's first frame.
+        """Read a GPX track that begins with the drive: its first point is taken at the first frame.
 
         Raises:
             UserError: the file is no GPX track, or holds an implausible speed.
@@ -133,12 +133,12 @@ class EgoSpeed:
 
     @classmethod
     def read_csv(cls, path: Path) -> "EgoSpeed":
-        """From a CSV file with the columns `time_s` (seconds on the source's clock) and `speed_mps`.
+        """Read a CSV file with the columns `time_s` (seconds on the source's clock) and `speed_mps`.
 
-        A column `yaw_rate_radps`, positive to the left (ISO 8855), is read where there is one.
+        An optional column `yaw_rate_radps`, positive to the left (ISO 8855), is read too.
 
         Raises:
-            UserError: the file cannot be read, lacks a column, or holds a line that is no sample.
+            UserError: the file cannot be read, lacks a column, or has an invalid line.
         """
         try:
             text = read_text(path)
@@ -181,15 +181,15 @@ class EgoSpeed:
         return cls(tuple(times_s), tuple(speeds_mps), tuple(yaw_rates_radps))
 
     def at(self, time_ns: int) -> float | None:
-        """Speed in metres per second, linear between samples; None in gaps and outside the file's span."""
+        """Speed in m/s, linearly interpolated; None in gaps and outside the span of the samples."""
         return self.speeds_mps[0] if not self.times_s else self._between(self.speeds_mps, time_ns)
 
     def yaw_rate_at(self, time_ns: int) -> float | None:
-        """Yaw rate in radians per second, positive to the left; None where `at` is, or unknown."""
+        """Yaw rate in rad/s, positive to the left; None where `at` is None and if it is unknown."""
         return self._between(self.yaw_rates_radps, time_ns) if self.yaw_rates_radps else None
 
     def gaps_s(self, start_s: float, end_s: float) -> tuple[float, ...]:
-        """Lengths of the gaps between samples, as far as they are in a span of time on the samples' clock."""
+        """Lengths of the gaps between samples that overlap a time span; only the overlapping parts count."""
         parts = (
             min(after, end_s) - max(before, start_s)
             for before, after in pairwise(self.times_s)
@@ -212,11 +212,11 @@ class EgoSpeed:
 
 
 def speed_fault(speed_mps: float, mend: str = "") -> str:
-    """What is wrong with a number as a car's speed in metres per second; empty where it can be one.
+    """Why a number cannot be a car's speed in metres per second; empty if it can.
 
     Args:
         speed_mps: the number.
-        mend: what to do where it is not simply in km/h.
+        mend: advice for a number that is not simply in km/h.
     """
     if 0 <= speed_mps <= HIGHEST_SPEED_MPS:
         return ""
@@ -229,7 +229,7 @@ def speed_fault(speed_mps: float, mend: str = "") -> str:
 
 
 def _yaw_fault(yaw_rate_radps: float) -> str:
-    """What is wrong with a number as a car's yaw rate; empty where it can be one."""
+    """Why a number cannot be a car's yaw rate; empty if it can."""
     if abs(yaw_rate_radps) <= FASTEST_YAW_RADPS:
         return ""
     return (

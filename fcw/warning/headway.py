@@ -9,18 +9,18 @@ from fcw.warning.types import WarningLevel
 ADVISORY_HEADWAY_S = 0.6
 """Mobileye's aftermarket unit has this by default (AWS-4000 manual, chapter 6)."""
 CAUTION_HEADWAY_S = 0.4
-"""Its smallest setting; the largest is 2.0 s."""
+"""The smallest setting of that unit; its largest is 2.0 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeadwayRule:
-    """The level is due when following closer than a headway; never where the own speed is unknown.
+    """The level is due when the headway is below a threshold; never if the own speed is unknown.
 
     Attributes:
         level: the level that this rule raises.
         headway_s: the threshold.
-        on_mps: own speed from which it is raised: Mobileye's, 40 km/h.
-        off_mps: own speed below which it ends: Mobileye's, 30 km/h.
+        on_mps: own speed from which the level is raised: 40 km/h, as in Mobileye's unit.
+        off_mps: own speed below which it ends: 30 km/h, as in Mobileye's unit.
     """
 
     level: WarningLevel
@@ -44,7 +44,7 @@ class HeadwayRule:
 
 
 def headway_rules(earlier_s: float = 0.0) -> tuple[HeadwayRule, ...]:
-    """`advisory` below 0.6 s, `caution` below 0.4 s; `earlier_s` changes the former headway alone."""
+    """`advisory` below 0.6 s, `caution` below 0.4 s; `earlier_s` is added to the former only."""
     return (
         HeadwayRule(
             level=WarningLevel.ADVISORY, headway_s=max(ADVISORY_HEADWAY_S + earlier_s, CAUTION_HEADWAY_S)

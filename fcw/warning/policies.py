@@ -18,11 +18,11 @@ DEFAULT_POLICY = "timely-braking"
 
 
 def timely_braking_rules(earlier_s: float = 0.0) -> tuple[Rule, ...]:
-    """The default; `docs/warning.md` says why.
+    """The default policy; `docs/warning.md` says why.
 
-    `warning` when a driver of 1.2 s and 0.4 g must brake, behind a lead that goes on as it does; `caution`
-    when ISO 15623's slowest and gentlest driver must, or below a TTC of 3.0 s; `advisory` below a headway of
-    0.6 s.
+    `warning` when a driver with 1.2 s of reaction time and 0.4 g of braking must brake, behind a lead that
+    continues as it does now; `caution` when ISO 15623's slowest and gentlest driver must, or below a TTC of
+    3.0 s; `advisory` below a headway of 0.6 s.
     """
     return (
         DriverRule(level=WarningLevel.WARNING, driver=EXPECTED_DRIVER.slower(earlier_s), lead_goes_on=True),
@@ -34,11 +34,11 @@ def timely_braking_rules(earlier_s: float = 0.0) -> tuple[Rule, ...]:
 
 @dataclass(frozen=True, slots=True)
 class PolicyEntry:
-    """A policy on the list.
+    """A policy that can be chosen by name.
 
     Attributes:
-        rules: makes its rules, from the number of seconds by which they are to come earlier.
-        needs_own_speed: whether it says nothing at all without the own speed.
+        rules: makes its rules; takes the number of seconds by which warnings are to come earlier.
+        needs_own_speed: whether it can give no warning at all without the own speed.
     """
 
     rules: Callable[[float], Sequence[Rule]]
@@ -56,9 +56,9 @@ POLICIES: dict[str, PolicyEntry] = {
 
 
 TIMINGS_S = {"early": 0.5, "normal": 0.0, "late": -0.4}
-"""By how much earlier warnings come: the time that the driver is given to react is longer by this. Cars offer
-three such settings. Late is the driver of 0.8 s who expects something (0.75 s, Green 2000); early is the
-unexpected surprise and more (1.5 s)."""
+"""Seconds added to the driver's assumed reaction time, so that warnings come earlier. Cars offer three such
+settings. `late` leaves 0.8 s, for a driver who expects something (0.75 s, Green 2000); `early` allows for
+more than the surprise of an unexpected event (1.5 s)."""
 DEFAULT_TIMING = "normal"
 
 
@@ -66,7 +66,7 @@ def make_policy(name: str = DEFAULT_POLICY, timing: str = DEFAULT_TIMING) -> War
     """A fresh policy by its name and timing.
 
     Raises:
-        UserError: there is none of that name.
+        UserError: there is no such policy or timing.
     """
     if timing not in TIMINGS_S:
         raise UserError(f"--warning-timing {timing}: expected one of {', '.join(TIMINGS_S)}")
@@ -82,10 +82,10 @@ def make_policy(name: str = DEFAULT_POLICY, timing: str = DEFAULT_TIMING) -> War
 
 
 def without_own_speed(name: str) -> str:
-    """What the policy cannot do where the own speed is unknown, for a person to read.
+    """What the policy cannot do if the own speed is unknown, as a sentence for the user.
 
     Raises:
-        UserError: without the own speed the policy can do nothing at all.
+        UserError: the policy can do nothing at all without the own speed.
     """
     if POLICIES[name].needs_own_speed:
         raise UserError(

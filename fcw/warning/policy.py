@@ -1,9 +1,8 @@
-"""From rules to a warning: the most threatening vehicle is warned of, and the level is lowered late.
+"""From rules to a warning: warn of the most threatening vehicle, and lower the level late.
 
 Every rule says how large the gap must be; its level is due when the gap is smaller. A policy is a name and a
-list of rules, each for one level; `fcw.warning.policies` has the ones there are. Every vehicle that is on a
-collision course is judged, whether it is the lead, half in the path or behind another; headway is about the
-lead alone.
+list of rules, each for one level; `fcw.warning.policies` lists them. Every vehicle on a collision course is
+judged, whether it is the lead, half in the path or behind another. Headway concerns the lead only.
 """
 
 import math
@@ -19,32 +18,32 @@ from fcw.warning.types import WarningLevel, WarningState
 
 @dataclass(slots=True)
 class _Memory:
-    """Since when a vehicle has been what; None where it is not."""
+    """What a policy remembers of a vehicle. Times are since when something has held; None if it does not."""
 
     lead_ns: int | None = None
     course_ns: int | None = None
     alarm_ns: int | None = None
-    """Since when a rule of `caution` or more has held."""
+    """Since when a rule for `caution` or more has held."""
     due_ns: int | None = None
-    """Since when `warning` has been due in every frame in which it was seen."""
+    """Since when `warning` has been due in every frame in which the vehicle was seen."""
     on_course: bool = False
-    """In the frame before."""
+    """Whether it was on a collision course in the previous frame."""
     found_s: float = 0.0
-    """For how long the detector has found it, all in all."""
+    """Total time for which the detector has found it."""
     carried_s: float = 0.0
-    """Since it did last."""
+    """Time since the detector last found it."""
 
     @property
     def is_vouched_for(self) -> bool:
-        """Whether it has not been carried by the picture for longer than it was found.
+        """Whether it was found for at least as long as it has been carried by the picture since.
 
-        One false box, or a few, is carried for seconds, and what it is carried by, the road or what stands
-        beside it, comes nearer. A lead that fills the picture was found for long before.
+        A few false boxes may be carried for seconds by the road or by objects beside it, which come nearer. A
+        lead that fills the picture, in contrast, was found for long before.
         """
         return self.carried_s <= self.found_s
 
     def see(self, seen_by: SeenBy, passed_s: float) -> None:
-        """Take what saw it in a frame, and the time since the frame before."""
+        """Record what saw the vehicle in a frame; `passed_s` is the time since the previous frame."""
         if seen_by is SeenBy.DETECTOR:
             self.found_s += passed_s
             self.carried_s = 0.0
@@ -54,7 +53,7 @@ class _Memory:
 
 @dataclass(frozen=True, slots=True)
 class _Due:
-    """What a vehicle raises."""
+    """A level that a vehicle raises, and the rule that raises it."""
 
     level: WarningLevel
     rule: Rule
@@ -62,15 +61,15 @@ class _Due:
 
 
 class RulePolicy:
-    """Raises a level at once when a rule of it holds for any vehicle, and lowers it late (see `Evidence`).
+    """Raises a level as soon as one of its rules holds for any vehicle, and lowers it late.
 
-    A gap that does not close, and a vehicle that will be beside the own path before contact, raise nothing
-    that goes by the closing speed.
+    Rules that use the closing speed never apply to a vehicle whose gap does not close, or that will have left
+    our path before contact.
 
     Args:
-        name: in logs.
-        rules: in any order; of those that hold the one of the highest level counts, the first of them.
-        evidence: see `Evidence`.
+        name: the policy's name in logs.
+        rules: in any order. Of the rules that hold, the first one of the highest level counts.
+        evidence: what it takes to raise a level.
     """
 
     def __init__(self, name: str, rules: Sequence[Rule], evidence: Evidence | None = None) -> None:
@@ -83,9 +82,9 @@ class RulePolicy:
         self._since_ns = 0
         self._time_ns: int | None = None
         self._followed_ns = 0
-        """When the vehicle that the level is about was last followed."""
+        """When the vehicle that is warned of was last tracked."""
         self._shortest_ttc_s = math.inf
-        """Of the vehicle that the level is about, since it was raised."""
+        """Shortest TTC of the vehicle that is warned of since the level was raised."""
 
     def begin_anew(self) -> None:
         """Forget all vehicles, as after a cut."""
@@ -116,7 +115,7 @@ class RulePolicy:
         for threat in threats:
             self._memories[threat.track.track_id].see(threat.track.seen_by, passed_s)
         due = [found for threat in threats if (found := self._judge(time_ns, threat, ego_speed_mps))]
-        # Of two of one level the one that is warned of stays, else the more urgent one, which comes first.
+        # At equal levels, keep the vehicle already warned of, else take the most urgent, which comes first.
         best = max(due, key=lambda one: (one.level, one.threat is warned), default=None)
         level = WarningLevel.NONE if best is None else best.level
         young = (time_ns - self._since_ns) / 1e9 < self._evidence.minimum_duration_s
@@ -140,11 +139,11 @@ class RulePolicy:
         return self._state
 
     def _still_dangerous(self, time_ns: int, warned: Threat | None) -> bool:
-        """Whether contact comes nearer all the same.
+        """Whether the warned vehicle still comes nearer although no rule holds any more.
 
-        Where the lead brakes less than before, the thresholds fall behind it for a while: the warning would
-        go and come again a second later, though nobody has acted. So it would where the vehicle is lost from
-        sight, and found again as another one.
+        If the lead brakes less than before, the thresholds allow a smaller gap for a while. The warning would
+        end and return a second later, though nobody has acted. The same would happen if the vehicle was lost
+        from sight and found again as a new track.
         """
         evidence = self._evidence
         if warned is None:
@@ -162,18 +161,18 @@ class RulePolicy:
         )
 
     def _judge(self, time_ns: int, threat: Threat, own_mps: float | None) -> _Due | None:
-        """The highest level that a vehicle raises: up to the one shown for it with wider thresholds."""
+        """The highest level that a vehicle raises. Up to the level shown for it, thresholds are wider."""
         evidence, vehicle = self._evidence, threat.track
         memory = self._memories[vehicle.track_id]
         is_shown = vehicle.track_id == self._state.track_id
         shown = self._state.level if is_shown else WarningLevel.NONE
         was_on_course = memory.on_course
-        # A level is held on less than what raises it, or a higher one.
+        # It takes less evidence to hold a level than to raise one.
         comes_on_course = evidence.is_on_course(threat, False, was_on_course)
         on_course = comes_on_course or (is_shown and evidence.is_on_course(threat, True, was_on_course))
         memory.on_course = on_course
         memory.lead_ns = _since(memory.lead_ns, time_ns, threat.is_lead)
-        # Who comes in counts from before it became the lead.
+        # For a vehicle that comes in, time on course counts from before it became the lead.
         comes = on_course and (not threat.is_lead or memory.course_ns is not None)
         memory.course_ns = _since(memory.course_ns, time_ns, comes)
         seen = memory.is_vouched_for and evidence.is_seen(vehicle, own_mps)
@@ -250,7 +249,7 @@ def _lasts(since_ns: int | None, time_ns: int, long_s: float) -> bool:
 
 
 def _extrapolated(state: WarningState, passed_s: float, own_mps: float | None) -> WarningState:
-    """The state of a vehicle that is followed no more, a while later."""
+    """The warning of a vehicle that is no longer tracked, extrapolated by `passed_s`."""
     assert state.distance_m is not None
     assert state.distance_low_m is not None
     assert state.distance_high_m is not None

@@ -1,9 +1,9 @@
-"""ISO 15623's required deceleration: how hard must be braked, after a delay, to avoid the collision.
+"""ISO 15623's required deceleration: how hard we must brake, after a delay, to avoid the collision.
 
     a_req = a_lead + v^2 / (2 (d - v t))
 
-The lead's deceleration a_lead is the growth of the closing speed v, for an own car that keeps its speed; a
-lead that speeds up counts as one that keeps its speed.
+If we keep our speed, the lead's deceleration a_lead is the rate at which the closing speed v grows. A lead
+that speeds up counts as one that keeps its speed.
 """
 
 import math
@@ -15,9 +15,9 @@ from fcw.warning.rule import Approach
 from fcw.warning.types import WarningLevel
 
 HIGHEST_THRESHOLD_MPS2 = 0.68 * STANDARD_GRAVITY_MPS2
-"""ISO 15623: the warning comes before more than this is required, on a dry road."""
+"""ISO 15623: on a dry road, the warning must come before more than this is required."""
 EXPECTED_REACTION_S = 0.75
-"""Of a driver who expects something (Green 2000)."""
+"""Reaction time of a driver who expects something (Green 2000)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +27,7 @@ class RequiredDecelerationRule:
     Attributes:
         level: the level that this rule raises.
         threshold_mps2: the threshold.
-        delay_s: of driver and brakes.
+        delay_s: delay of driver and brakes together.
     """
 
     level: WarningLevel

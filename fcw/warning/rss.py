@@ -22,13 +22,13 @@ LEAD_BRAKING_MPS2 = 8.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RssRule:
-    """The level is due below the safe distance; never where the own speed is unknown.
+    """The level is due below the safe distance; never if the own speed is unknown.
 
     Attributes:
         level: the level that this rule raises.
-        speeding_up_mps2: how we might speed up during the response.
+        speeding_up_mps2: our acceleration during the response time.
         lead_braking_mps2: how hard the lead might brake.
-        response_s: from then on until we brake.
+        response_s: time until we brake.
     """
 
     level: WarningLevel
@@ -59,10 +59,10 @@ class RssRule:
 
 
 def rss_rules(earlier_s: float = 0.0) -> tuple[RssRule, ...]:
-    """`advisory` below the safe distance; two levels of our own, as people follow closer than that.
+    """`advisory` below the safe distance, and two higher levels that RSS does not have.
 
-    `caution` where it is unsafe though we do not speed up, `warning` where it is so even if the lead brakes
-    no harder than we do.
+    People follow closer than the safe distance. So `caution` is for a gap that is unsafe even if we do not
+    speed up, and `warning` for one that is unsafe even if, in addition, the lead brakes no harder than we do.
     """
     response_s = max(RESPONSE_S + earlier_s, 0.0)
     return (

@@ -8,7 +8,7 @@ from fcw.warning.types import WarningLevel
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Approach:
-    """How a vehicle stands to us, as a rule sees it.
+    """The motion of a vehicle relative to us, as a rule sees it.
 
     Attributes:
         closing_mps: rate at which the gap shrinks; negative when it opens.
@@ -36,17 +36,22 @@ class Rule(Protocol):
 
     @property
     def by_closing(self) -> bool:
-        """Whether it goes by the closing speed, which needs evidence, or by the own speed alone."""
+        """Whether it uses the closing speed, which needs evidence; False if it uses the own speed only."""
         ...
 
     @property
     def assumes(self) -> str:
-        """Its threshold, or what it assumes of us, in words; see `WarningState.assumes`."""
+        """Its threshold or what it assumes of the driver, in words; see `WarningState.assumes`."""
         ...
 
     def needed_distance_m(self, approach: Approach, holding: bool) -> float:
-        """The level is due when the gap is smaller than this; `holding`: it has been raised before.
+        """The level is due when the gap is smaller than this.
 
-        0 where the rule does not apply: then no gap is too small, not even none.
+        Args:
+            approach: the vehicle.
+            holding: whether the level has been raised already and may only be held.
+
+        Returns:
+            The gap; 0 if the rule does not apply, as no gap is smaller than that.
         """
         ...

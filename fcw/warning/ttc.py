@@ -9,20 +9,20 @@ MINIMUM_CLOSING_MPS = 4.2
 """The smallest relative speed at which ISO 15623 asks for warnings. A slow approach has a short TTC for
 seconds without any danger."""
 WARNING_TTC_S = 2.7
-"""NHTSA's tests ask for 2.4 s with a braking lead, 2.1 with a standing and 2.0 with a slow one; 0.3 s more
-for the lag of the closing speed."""
+"""NHTSA's tests require 2.4 s for a braking lead, 2.1 s for a standing and 2.0 s for a slow one. 0.3 s are
+added for the lag of the estimated closing speed."""
 CAUTION_TTC_S = 3.0
 """Mobileye's aftermarket unit warns within 3.0 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TtcRule:
-    """The level is due below a TTC, for closing speeds that matter.
+    """The level is due below a TTC, if the closing speed is high enough.
 
     Attributes:
         level: the level that this rule raises.
         ttc_s: the threshold.
-        minimum_closing_mps: slower approaches do not count.
+        minimum_closing_mps: the least closing speed for which the rule applies.
     """
 
     level: WarningLevel
