@@ -46,35 +46,35 @@ if TYPE_CHECKING:
     from fcw.sources.mcap.facts import McapFacts
 
 DETECTION_THREADS = min(available_cores(), 2)
-"""On two cores a second thread saves a plugged-in YOLOv5n two fifths of the time, and costs `net`, whose
-threads wait for the interpreter's lock, 3 to 6 % of it; `acf` nothing."""
+"""On two cores, a second thread saves two fifths of the time with a plugged-in YOLOv5n. It costs `net`, whose
+threads wait for the interpreter's lock, 3 to 6 %, and `acf` nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveJob:
-    """What to run and how.
+    """What to run, and how. Paths may be given as `Path` or `str`.
 
     Attributes:
-        source: video file, MCAP file or folder of pictures; a path or its text, as all paths here.
-        out: folder for the log and the summary; an earlier run's are replaced.
-        calibration: the camera's, or its file; None looks beside the source, then into an MCAP file.
-        topic: of an MCAP file, whose pictures; None where it has one topic of them.
-        detector: one of `fcw.detection.choice.DETECTOR_NAMES`, or a detector of one's own, which one thread
-            then uses.
-        detector_classes: of an ONNX model, which are vehicles.
-        model: file of `fcw train` for a detector named `net`, `acf` or `acf-full`; None: the shipped one.
-        ego_speed: own speed: metres per second, or a CSV or GPX file; None takes what an MCAP file knows.
-        warning_policy: one of `fcw.warning.policies.POLICIES`, or a policy of one's own.
-        warning_timing: one of `fcw.warning.policies.TIMINGS_S`; not for a policy of one's own.
-        imperial: distances shown to a person in feet.
-        frame_rate_hz: for folders of pictures without time stamps.
-        own_motion: whether own speed, yaw rate, mount and lane lines are taken from the picture.
+        source: video file, MCAP file or folder of pictures.
+        out: folder for the log and the summary; those of an earlier run are replaced.
+        calibration: a calibration or its file; None looks for one beside the source, then in an MCAP source.
+        topic: the image topic of an MCAP file; may be None if there is only one.
+        detector: one of `fcw.detection.choice.DETECTOR_NAMES`, or your own detector object, which is then
+            called from one thread only.
+        detector_classes: names of the classes of an ONNX model that are vehicles.
+        model: file of `fcw train` for the detectors `net`, `acf` and `acf-full`; None for the shipped one.
+        ego_speed: own speed in metres per second, or a CSV or GPX file. None uses what an MCAP file has.
+        warning_policy: one of `fcw.warning.policies.POLICIES`, or your own policy object.
+        warning_timing: one of `fcw.warning.policies.TIMINGS_S`; ignored with your own policy.
+        imperial: whether distances are shown in feet.
+        frame_rate_hz: frame rate of a folder of pictures without timestamps.
+        own_motion: whether own speed, yaw rate, mount and lane lines are estimated from the picture.
         detection_threads: how many frames are searched at once, while others are decoded and written. 0 does
-            everything in the thread that runs the job, as is best for one process of many.
-        search_hz: see `SearchSchedule`; with 0, or a detector of one's own, every picture is searched.
+            everything in the calling thread, which is best if many processes run side by side.
+        search_hz: see `SearchSchedule`. With 0, or with your own detector, every frame is searched.
 
     Raises:
-        UserError: a value is none of its field's.
+        UserError: a value is not valid for its field.
     """
 
     source: Path
@@ -94,7 +94,7 @@ class DriveJob:
     search_hz: float = DEFAULT_SEARCH_HZ
 
     def __post_init__(self) -> None:
-        """Make paths of texts, and look at what no type checker need have looked at."""
+        """Turn strings into paths, and check the types, as callers need not use a type checker."""
         for field in ("source", "out", "calibration", "model"):
             if isinstance(text := getattr(self, field), str):
                 object.__setattr__(self, field, Path(text))
@@ -125,18 +125,18 @@ def _is_number(value: object) -> bool:
 
 
 def _can_be(value: object, *needs: str) -> bool:
-    """Whether it names a part of the program's, or is one of one's own."""
+    """Whether it is a name, or an object with the attributes that its kind needs."""
     return isinstance(value, str) or (not isinstance(value, type) and all(hasattr(value, n) for n in needs))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveOutcome:
-    """What came of a job.
+    """The result of a job.
 
     Attributes:
-        summary: what `summary.json` holds.
-        notes: what a person should know of the source and of the drive.
-        interrupted: whether it was stopped before the source's end.
+        summary: the contents of `summary.json`.
+        notes: sentences about the source and the drive that the user should read.
+        interrupted: whether the job was stopped before the end of the source.
     """
 
     summary: dict[str, Any]
@@ -146,16 +146,16 @@ class DriveOutcome:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedDrive:
-    """A job with everything found and loaded that it needs; `run` runs it, once.
+    """A job with everything that it needs found and loaded. `run` runs it, once.
 
     Attributes:
         job: what to run.
-        source: its open source.
+        source: the job's source, opened.
         header: what the logs begin with.
-        detectors: alike, one for each thread.
+        detectors: equal detectors, one for each thread.
         policy: decides the warning.
-        ego_speed: own speed; None where unknown.
-        notes: what a person should know before it runs.
+        ego_speed: own speed; None if it is not given.
+        notes: sentences that the user should read before it runs.
     """
 
     job: DriveJob
@@ -174,7 +174,7 @@ class PreparedDrive:
         on_result: Callable[[FrameResult], None] = lambda result: None,
         known: Callable[[Frame], tuple[Detection, ...] | None] = lambda frame: None,
     ) -> DriveOutcome:
-        """Run the drive to its end, and write its log and summary; see `run_drive` and `Stages`."""
+        """Run the drive to its end and write its log and summary; see `run_drive` and `Stages`."""
         out, stop = self.job.out, stop or threading.Event()
         pitch_rad, recorded = self.header.calibration.camera.pitch_rad, is_recorded(self.source)
         summary = DriveSummary(self.source.name, self.header.versions, pitch_rad, recorded)
@@ -190,19 +190,19 @@ class PreparedDrive:
         on_result: Callable[[FrameResult], None],
         known: Callable[[Frame], tuple[Detection, ...] | None],
     ) -> DriveOutcome:
-        """Run it in a folder that is ready."""
+        """Run the job; the output folder exists and is locked."""
         out = self.job.out
-        # The noise of the own detector's boxes holds for a plugged-in one's too: against the boxes drawn by
-        # hand on the training pictures, edges of YOLOv5n's and YOLOX-nano's scatter by 3 to 6 % of the height
-        # (the model says 1 px and 4 %), heights are measured, and a visible side is taken in. Lower edges are
-        # 1 to 4 % of the height lower than drawn, so that distances come out a little short.
+        # The tracker models the box noise of our own detectors for plugged-in ones too. Compared with boxes
+        # drawn by hand on the training pictures, edges of YOLOv5n's and YOLOX-nano's boxes scatter by 3 to 6
+        # % of the height (the model says 1 px and 4 %), heights are right, and a visible side is included.
+        # Lower edges are 1 to 4 % of the height too low, so that distances come out a little short.
         stages = Stages(
             self.detectors,
             Tracker(self.header.calibration),
             self.policy,
             self.ego_speed,
             (McapSink(out / MCAP_NAME), *sinks, *watchers),
-            # For a watcher one in each detector, and none that waits.
+            # With watchers, one frame in each detector and none that waits, to keep the delay short.
             len(self.detectors) if watchers else FRAMES_IN_FLIGHT,
             EgoEstimator(self.header.calibration) if self.job.own_motion else None,
             known,
@@ -226,7 +226,7 @@ class PreparedDrive:
         return DriveOutcome(as_json, notes, stop.is_set())
 
     def _inputs(self) -> list[Path]:
-        """The files that the run reads."""
+        """The files that the run reads, which its output must not replace."""
         job = self.job
         texts = [job.detector.removeprefix("onnx:")] if isinstance(job.detector, str) else []
         texts += [str(job.ego_speed)] if isinstance(job.ego_speed, str | Path) else []
@@ -246,12 +246,12 @@ def run_drive(
 
     Args:
         job: what to run.
-        source: the job's source where it is open already, or one of one's own.
-        sinks: logs of other kinds, written beside the MCAP log.
-        watchers: who is told of every frame as soon as can be: with any of them few frames are under way at
-            once.
-        stop: once set, the frames under way are finished, and the logs closed.
-        on_result: called after each frame was written.
+        source: the job's source if it is open already, or your own source object.
+        sinks: other logs, written beside the MCAP log.
+        watchers: sinks that need every frame with little delay. If there are any, fewer frames are in flight
+            at once.
+        stop: once set, the frames in flight are finished and the logs closed.
+        on_result: called after each frame has been written.
 
     Raises:
         UserError: the source, the calibration or an option is wrong, or the logs cannot be written.
@@ -260,11 +260,11 @@ def run_drive(
 
 
 def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
-    """Open and load all that a job needs; nothing is written yet.
+    """Open and load all that a job needs. Nothing is written yet.
 
     Args:
         job: what to run.
-        source: the job's source where it is open already.
+        source: the job's source if it is open already.
 
     Raises:
         UserError: the source, the calibration or an option is wrong, or the pictures are too large.
@@ -321,7 +321,7 @@ def prepare_drive(job: DriveJob, source: Source | None = None) -> PreparedDrive:
 
 
 def _doubts(calibration: Calibration) -> tuple[str, ...]:
-    """What speaks against a calibration: whoever made it was told, and may have saved it all the same."""
+    """A note if the calibration looks wrong; whoever made it may have saved it despite the warning."""
     against = [finding.text for finding in plausibility(calibration) if finding.speaks_against]
     if not against:
         return ()
@@ -334,11 +334,11 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
 
     Args:
         job: what to run.
-        source: its source.
-        facts: what the source's file knows; its calibration counts where none was made beside it.
+        source: the job's source.
+        facts: what an MCAP source's file says. Its calibration is used if there is none beside the source.
 
     Raises:
-        UserError: there is none, or it is for another camera's image size.
+        UserError: there is none, or it is for another image size.
     """
     if isinstance(job.calibration, Calibration):
         return for_pictures(job.calibration, source)
@@ -360,18 +360,18 @@ def load_calibration(job: DriveJob, source: Source, facts: "McapFacts | None" = 
 
 
 def _calibrating(job: DriveJob) -> str:
-    """The command for it, as a shell takes it."""
+    """The command that calibrates the job's source, quoted for a shell."""
     topic = () if job.topic is None else ("--topic", job.topic)
     return shlex.join(("fcw", "calibrate", str(job.source), *topic))
 
 
 def _has_own_calibration(job: DriveJob) -> bool:
-    """Whether a calibration was named, or made beside the source; either is preferred to one in its file."""
+    """Whether one was given or lies beside the source; either takes precedence over one in an MCAP file."""
     return job.calibration is not None or calibration_path(job.source).is_file()
 
 
 def _field_of_view(facts: "McapFacts | None") -> str:
-    """What a camera info is good for: it tells the focal length, but not where the camera is."""
+    """Advice on the field of view in a camera info message, which does not say how the camera is mounted."""
     if facts is None or facts.field_of_view_rad is None:
         return ""
     degrees = math.degrees(facts.field_of_view_rad)
@@ -382,7 +382,7 @@ def _field_of_view(facts: "McapFacts | None") -> str:
 
 
 def _gpx(job: DriveJob) -> bytes:
-    """The track that the own speed comes from."""
+    """The GPX file that the own speed comes from, to be logged; empty if there is none."""
     return gpx_bytes(Path(str(job.ego_speed))) if _is_track(job) else b""
 
 
@@ -392,7 +392,7 @@ def _is_track(job: DriveJob) -> bool:
 
 
 def _ego_speed(job: DriveJob, facts: "McapFacts | None") -> EgoSpeed | None:
-    """The own speed that was given; else what the source's file knows of it."""
+    """The own speed that was given, else the one in the source's file."""
     if isinstance(job.ego_speed, EgoSpeed):
         return job.ego_speed
     if job.ego_speed is None:

@@ -1,9 +1,9 @@
 """The loop: source -> detect -> track -> warn -> sinks, with decoding, detection and writing overlapped.
 
-One thread decodes, one for each detector finds vehicles in the pictures that are searched, one follows our
-own motion, one encodes where the source's video can't be relayed, and the caller's thread tracks, warns and
-writes, in the order of the frames. Or the caller's thread does it all, which takes less of the processor: for
-one process of many.
+One thread decodes, one per detector finds vehicles, one estimates our own motion, and one encodes if the
+source's video cannot be relayed. The calling thread tracks, warns and writes, in the order of the frames.
+Alternatively, the calling thread does everything. That takes less processor time, and is meant for many
+processes side by side.
 """
 
 import queue
@@ -32,28 +32,28 @@ from fcw.warning.ego_speed import EgoSpeed
 from fcw.warning.types import BeginsAnew, WarningPolicy
 
 FRAMES_IN_FLIGHT = 8
-"""Enough that no stage waits for another's odd slow frame; at 1280x720 it holds 22 MB of pictures."""
+"""Enough that no stage waits when another one has an occasional slow frame; 22 MB of pictures at 1280x720."""
 MOST_BYTES_IN_FLIGHT = 80 << 20
-"""Of larger pictures fewer are under way: of 3840x2160 three, of 5312x2988 one."""
+"""Limits the frames in flight if pictures are large: three of 3840x2160, one of 5312x2988."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stages:
-    """What the loop is made of.
+    """The parts of the loop.
 
     Attributes:
-        detectors: alike, one for each detection thread.
+        detectors: equal detectors, one for each detection thread.
         tracker: follows the vehicles.
         policy: decides the warning.
-        ego_speed: own speed over time, and the yaw rate where it is known; None when unknown.
-        sinks: where the drive is written.
-        frames_in_flight: read at most so many ahead of what is written, fewer where pictures are large; a
-            live drive wants few, as each waits for those before it.
-        ego: own motion and path, by the picture too; None goes by what is given alone.
-        known: what was found in a frame before; None where it is yet to be looked for.
-        one_thread: the caller's does everything, with the first detector.
-        search_hz: how many pictures a second are searched, beside those that the tracker wants; see
-            `SearchSchedule`. 0 searches all.
+        ego_speed: own speed over time, with the yaw rate if it is known; None if it is not given.
+        sinks: where the results are written.
+        frames_in_flight: the most frames that are read ahead of the one being written; fewer if pictures are
+            large. A live drive needs few, as each frame waits for those before it.
+        ego: estimates own motion and path from the picture; None uses only what is given.
+        known: returns what an earlier run found in a frame; None for a frame that is yet to be searched.
+        one_thread: whether the calling thread does everything, with the first detector.
+        search_hz: how many frames per second are searched, in addition to those that the tracker asks for;
+            see `SearchSchedule`. 0 searches all.
     """
 
     detectors: Sequence[Detector]
@@ -75,14 +75,14 @@ def run_pipeline(
     stop: threading.Event | None = None,
     on_result: Callable[[FrameResult], None] = lambda result: None,
 ) -> None:
-    """Run the whole job on a drive and close every sink, whatever happens.
+    """Run the whole job on a drive. Every sink is closed, whatever happens.
 
     Args:
         source: the drive.
         stages: detectors, tracker, policy and sinks.
         header: what the sinks write first.
-        stop: once set, the frames under way are finished, and the logs closed.
-        on_result: called after each frame was written.
+        stop: once set, the frames in flight are finished and the logs closed.
+        on_result: called after each frame has been written.
     """
     with ExitStack() as stack:
         stack.enter_context(one_opencv_thread())
@@ -107,13 +107,13 @@ def run_pipeline(
 
 
 def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, stages: Stages) -> FrameResult:
-    """What is believed after a frame, by what was found in it; frames must come in the order of their times.
+    """Update tracker and policy with a frame, and return its result. Frames must be in order of time.
 
     Args:
         frame: the picture and its time.
-        detections: the vehicles found in it; None where it was not searched.
-        ego: own motion and path by it.
-        stages: whose tracker and policy take the frame.
+        detections: the vehicles found in it; None if it was not searched.
+        ego: own motion and path at this frame.
+        stages: has the tracker and the policy.
     """
     if ego.follows is Follows.UNLIKE:
         detections = None
@@ -145,7 +145,7 @@ def follow(frame: Frame, detections: tuple[Detection, ...] | None, ego: Ego, sta
 
 
 def again(result: FrameResult, frame: Frame) -> FrameResult:
-    """What is believed after a frame that shows the picture before once more: the same."""
+    """The result for a frame that repeats the previous picture: the previous result at the new time."""
     notes = tuple(note for note in result.notes if note != CUT)
     return replace(
         result,
@@ -173,7 +173,7 @@ def _search(detector: Detector, frame: Frame, aim: Aim) -> tuple[Detection, ...]
 
 
 def _known(stages: Stages, frame: Frame, aim: Aim, first: Aim) -> tuple[Detection, ...] | None:
-    """What was found before, if the detector still looks where it did then."""
+    """What an earlier run found, if the detector still looks in the same place; it began at `first`."""
     found = stages.known(frame)
     return found if aim == first else None
 
@@ -181,7 +181,7 @@ def _known(stages: Stages, frame: Frame, aim: Aim, first: Aim) -> tuple[Detectio
 def _in_one_thread(
     source: Source, stages: Stages, aims: Aims, schedule: SearchSchedule, stop: threading.Event
 ) -> _Stream:
-    """Frames in order with their detections and packets."""
+    """Frames in order with their detections, own motion and packets, all made by the calling thread."""
 
     def detect(frame: Frame, aim: Aim) -> tuple[Detection, ...]:
         known = _known(stages, frame, aim, aims.first)
@@ -206,7 +206,10 @@ def _in_one_thread(
 def _overlapped(
     source: Source, stages: Stages, aims: Aims, schedule: SearchSchedule, stop: threading.Event
 ) -> _Stream:
-    """Frames in order with their detections and packets; what failed in a thread is raised here."""
+    """Frames in order with their detections, own motion and packets, made by threads.
+
+    An exception in a thread is raised here.
+    """
     idle_detectors: queue.SimpleQueue[Detector] = queue.SimpleQueue()
     for detector in stages.detectors:
         idle_detectors.put(detector)
@@ -233,7 +236,7 @@ def _overlapped(
     def read() -> None:
         try:
             frames = iter(source.frames())
-            # Room first: the frame is as new as can be when its detection begins.
+            # Wait for room before reading, so that a live frame is as new as possible when it is searched.
             while room.acquire() and not abandoned.is_set() and (frame := next(frames, None)) is not None:
                 encoding = encoding_pool.submit(encoder.encode, frame) if encoder else None
                 aim, detecting, repeats = aims.next(), _UNSEARCHED, shown.is_repeated(frame)
@@ -267,23 +270,23 @@ def _overlapped(
                 room.release()
         finally:
             abandoned.set()
-            room.release()  # the reader may be waiting for it
+            room.release()  # the reader may be waiting for room
             reader.join()
             for pool in (detection_pool, ego_pool, encoding_pool):
                 pool.shutdown(cancel_futures=True)
-            if encoder:  # closed while it encodes, libx264 would abort the process, or never return
+            if encoder:  # not before: closed while it encodes, libx264 aborts the process or never returns
                 encoder.close()
 
 
 def _encoder(source: Source, stages: Stages) -> VideoEncoder | None:
-    """For a drive that is written, and whose own video can't be relayed."""
+    """An encoder if the drive is written and its own video cannot be relayed."""
     if stages.sinks and not source.relays_video:
         return VideoEncoder(source.image_size, source.frame_rate_hz)
     return None
 
 
 class _Ourselves:
-    """Own motion and path, frame by frame in their order."""
+    """Estimates own motion and path, frame by frame in order."""
 
     def __init__(self, stages: Stages) -> None:
         self._ego, self._given = stages.ego or EgoEstimator(), stages.ego_speed
@@ -291,7 +294,7 @@ class _Ourselves:
         self._first_ns: int | None = None
 
     def see(self, frame: Frame, detections: _Found) -> Ego:
-        """Take a frame; other vehicles are masked by their boxes in it, or in the last one searched."""
+        """Update with a frame. Vehicles are masked by their boxes in it, or in the last frame searched."""
         if detections is not None:
             self._others = [found.box for found in detections if not found.faint]
         given = self._given

@@ -1,4 +1,4 @@
-"""What a drive came to: counts, and its warnings as spans of time (`summary.json`)."""
+"""The summary of a drive: counts, notes, and its warnings as spans of time (`summary.json`)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -14,38 +14,40 @@ from fcw.warning.types import WarningLevel
 
 LEVEL_NAMES = {level.name.lower() for level in WarningLevel if level > WarningLevel.NONE}
 SCALE_ABOVE_MPS = 3.0
-"""Slower, speeds of both kinds are mostly their errors."""
+"""The scale is compared above this speed. Below it, both speeds are mostly error."""
 SCALE_AFTER_M = 100.0
-"""The scale is judged after so much way."""
+"""Distance that must be driven before the scale is judged."""
 SCALE_SAID = 0.04
-"""A ratio farther from one is said: people's speedometers and GPS, and ours, are as good as 3 %."""
+"""A ratio that differs from one by more than this is reported. Speedometers, GPS and our own estimate are
+good to about 3 %."""
 STANDS_BELOW_MPS, DRIVES_ABOVE_MPS = 1.0, 5.0
-"""A given speed below the one and the picture's above the other contradict each other, whatever the scale."""
+"""A given speed below the first contradicts a speed by the picture above the second, whatever the scale."""
 CONTRADICTED_S = 2.0
-"""Altogether; less may be the picture's error, as where somebody passes in front of a car that stands."""
+"""Total time of contradiction from which it is reported. Less may be an error of the picture, for example if
+somebody passes in front of a standing car."""
 SLOWEST_HZ = 9.5
-"""Tracking is made for 10 and more. Of seven harmless drives of 5 five had a `warning`, of two of 8.3 none; a
-clip at 7.5 instead of 30 lost its `caution`."""
+"""Tracking is made for 10 frames per second and more. At 5, five of seven harmless drives had a `warning`; at
+8.3, none of two; a clip at 7.5 instead of 30 lost its `caution`."""
 RATE_TOLD_AFTER_S = 2.0
-"""A shorter time does not tell it."""
+"""A shorter drive does not tell the frame rate."""
 BLANK_TOLD_S = 0.1
-"""Less altogether, as the first picture of a fade, hides nothing."""
+"""Total blank time from which it is reported. The first frame of a fade, for example, hides nothing."""
 POOR_TOLD_S = 2.0
-"""Less altogether, as below a bridge, is not told of the whole drive."""
+"""Total time of poor sight from which it is reported for the whole drive; less may be a bridge."""
 MOST_SPANS = 3
-"""Of times in which too little or nothing could be seen, and of cuts, are told one by one."""
+"""The most cuts, and times of poor or no sight, that a note lists."""
 
 
 @dataclass(slots=True)
 class WarningSpan:
-    """A warning of a drive: an event of `fcw.logs.events`, near misses aside; times from the first frame.
+    """A warning of a drive: an event of `fcw.logs.events` that is not a near miss.
 
     Attributes:
-        level: the highest of it: `advisory`, `caution` or `warning`.
-        start_s: time of its first frame.
+        level: its highest level: `advisory`, `caution` or `warning`.
+        start_s: time of its first frame, from the first frame of the drive.
         end_s: time of its last frame.
-        min_ttc_s: smallest TTC of that vehicle within it; None when it never closed.
-        min_distance_m: its smallest distance within it; None when it was never measured.
+        min_ttc_s: smallest TTC of the vehicle during the warning; None if the gap never closed.
+        min_distance_m: smallest distance of the vehicle; None if it was never measured.
         track_id: the vehicle.
     """
 
@@ -59,7 +61,7 @@ class WarningSpan:
 
 @dataclass(slots=True)
 class OwnMotionSummary:
-    """How far we went, how well that is known, and what is believed of the mount at the end."""
+    """How far we drove, for which part of the frames our speed is known, and the mount at the end."""
 
     frames: int = 0
     known: int = 0
@@ -95,15 +97,16 @@ class OwnMotionSummary:
 
     @property
     def scale_ratio(self) -> float | None:
-        """Way by the picture over that by the given speed; None where one of them is short, or unknown.
+        """Distance driven by the picture over that by the given speed; None if it is too short or unknown.
 
-        The picture measures in units of the camera's height: its scale is that of all distances.
+        The picture measures in units of the camera's height, so an error of its scale is one of all
+        distances.
         """
         return self._by_picture_m / self._given_m if self._given_m >= SCALE_AFTER_M else None
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a person should know of it."""
+        """Sentences about the own motion that the user should read."""
         return (*self._contradicted_notes, *self._scale_notes)
 
     @property
@@ -128,7 +131,7 @@ class OwnMotionSummary:
         )
 
     def as_json(self, calibrated_pitch_rad: float) -> dict[str, Any]:
-        """The object of `summary.json`; a distance of which nothing is known is None."""
+        """The JSON object in `summary.json`. The distance is None if the speed was never known."""
         mount = None if self.mount is None else asdict(self.mount)
         if mount is not None:
             mount["calibrated_pitch_rad"] = calibrated_pitch_rad
@@ -145,15 +148,15 @@ class DriveSummary:
     """Gathers the summary of a drive while it runs: call `add` with every result.
 
     Attributes:
-        source: its name.
-        versions: of what ran.
-        calibrated_pitch_rad: the camera's.
-        recorded: whether it is a recording, which may have been edited; else it comes from a camera.
-        frames: how many there were.
-        frames_with_lead: in how many of them a vehicle was ahead.
-        unseen_s: altogether, between pictures more than `BLIND_AFTER_S` apart: a camera that gave none, or a
-            live drive on a computer that was busy.
-        blank_s: altogether, from each picture in which nothing could be seen to the next one.
+        source: name of the source.
+        versions: versions of the programs that ran.
+        calibrated_pitch_rad: pitch of the camera by its calibration.
+        recorded: whether the source is a recording, which may have been edited, rather than a live camera.
+        frames: number of frames.
+        frames_with_lead: number of frames with a lead.
+        unseen_s: total time between frames more than `BLIND_AFTER_S` apart, because the camera gave none or
+            the computer was too busy for a live drive.
+        blank_s: total time from each frame in which nothing could be seen to the next frame.
     """
 
     source: str
@@ -172,7 +175,7 @@ class DriveSummary:
     _blank: bool = False
     _driven: int = 0
     _driven_new: int = 0
-    """Frames in which we drive, and those of them whose pictures were not shown before."""
+    """Frames in which we drive, and how many of these do not repeat the previous picture."""
     _own: OwnMotionSummary = field(default_factory=OwnMotionSummary)
 
     def add(self, result: FrameResult) -> None:
@@ -189,11 +192,11 @@ class DriveSummary:
         self.frames += 1
         self.frames_with_lead += result.lead_id is not None
         notes = tuple(note for note in result.notes if not note.startswith(MOMENTS))
-        if notes:  # the latest is known best
+        if notes:  # the latest wording is based on the most evidence
             start_s = self._notes.pop()[0] if self._noted else (result.time_ns - self._first_ns) / NS_PER_S
             self._notes.append((start_s, notes))
         self._noted = bool(notes)
-        if (result.ego_speed_mps or 0.0) > STANDS_BELOW_MPS:  # what stands looks the same, however new
+        if (result.ego_speed_mps or 0.0) > STANDS_BELOW_MPS:  # while we stand, new pictures may look equal
             self._driven += 1
             self._driven_new += not result.repeated
         self._own.add(result)
@@ -201,7 +204,7 @@ class DriveSummary:
 
     @property
     def warnings(self) -> list[WarningSpan]:
-        """What was warned of, in the order of the starts."""
+        """The warnings, in the order in which they start."""
         return [
             WarningSpan(
                 event.kind, event.start_s, event.end_s, event.min_ttc_s, event.min_distance_m, event.track_id
@@ -211,7 +214,7 @@ class DriveSummary:
         ]
 
     def notes_on(self, given: EgoSpeed | None) -> tuple[str, ...]:
-        """What a person should know of the own speed that was given: gaps, or that it is of another time."""
+        """Sentences about the given own speed: that it has gaps, or does not cover the drive."""
         if given is None or not given.times_s or not self.frames:
             return ()
         first_s, last_s = self._first_ns / NS_PER_S, self._last_ns / NS_PER_S
@@ -232,17 +235,17 @@ class DriveSummary:
 
     @property
     def blind_s(self) -> float:
-        """For how long there could be no warning."""
+        """Total time in which no warning was possible."""
         return self.unseen_s + self.blank_s
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What frames said, once for as long as it stands, in the words of the last one."""
+        """The frames' notes. One that holds for many frames in a row is given once, as it was worded last."""
         return tuple(f"from {start_s:.0f} s: {note}" for start_s, notes in self._notes for note in notes)
 
     @property
     def all_notes(self) -> tuple[str, ...]:
-        """What a person should know of the drive."""
+        """All sentences about the drive that the user should read."""
         return (*self._rate_notes, *self.notes, *self._own.notes, *self._unseen_notes, *self._sight_notes)
 
     @property
@@ -263,7 +266,7 @@ class DriveSummary:
 
     @property
     def _sight_notes(self) -> tuple[str, ...]:
-        """Where pictures show too little or nothing, and where they are cut."""
+        """When the pictures show too little or nothing, and when the clip is cut."""
         events, notes = find_events(self._series.build()), []
         for poor in POOR_SIGHT:
             spans = [one for one in events if one.note.startswith(poor)]
@@ -301,11 +304,11 @@ class DriveSummary:
 
     @property
     def duration_s(self) -> float:
-        """From the first frame to the last, on the source's clock."""
+        """Time from the first frame to the last, on the source's clock."""
         return (self._last_ns - self._first_ns) / NS_PER_S
 
     def as_json(self, elapsed_s: float) -> dict[str, Any]:
-        """The summary's JSON object; `elapsed_s` is how long the job took."""
+        """The JSON object of `summary.json`; `elapsed_s` is how long the job took."""
         return {
             "source": self.source,
             "frames": self.frames,
@@ -321,6 +324,6 @@ class DriveSummary:
 
 
 def _few(times: Sequence[str]) -> str:
-    """The first of these, and how many more there are."""
+    """The first few of these, and how many more there are."""
     more = f" and {len(times) - MOST_SPANS} more times" if len(times) > MOST_SPANS else ""
     return ", ".join(times[:MOST_SPANS]) + more
