@@ -1,4 +1,4 @@
-"""What a drive log holds, and the seam behind which each log format stands."""
+"""The contents of a drive log, and the protocol that each log format implements."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -19,34 +19,35 @@ from fcw.warning.types import WarningState
 NOTHING_SEEN = (
     "nothing can be seen: the picture is black or blank, as of a covered lens; there can be no warning"
 )
-"""The note of a frame whose picture is so (`fcw.frame.nothing_seen`): a dead camera gives pictures too."""
+"""Note of a frame in which nothing is seen (`fcw.frame.nothing_seen`): a dead camera gives pictures too."""
 CUT = "cut: the picture is of another place or camera than before; all vehicles begin anew"
-"""The note of the first frame that is known to come after a cut (`fcw.motion.flow.cuts`)."""
+"""Note of the first frame that is known to come after a cut (`fcw.motion.flow.cuts`)."""
 POOR_SIGHT = tuple(poor.value for poor in PoorSight)
-"""How notes begin of times in which pictures show too little (`fcw.motion.flow.sight`)."""
+"""Beginnings of notes about pictures that show too little (`fcw.motion.flow.sight`)."""
 MOMENTS = (NOTHING_SEEN, CUT, *POOR_SIGHT)
-"""How notes begin that are on a time of the drive; all others tell what is known of the camera by then."""
+"""Beginnings of notes about a part of the drive. All other notes are about the camera."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameResult:
-    """Everything the pipeline found at one frame; logs give it back bit for bit.
+    """Everything that the pipeline found at one frame. Logs return it bit for bit.
 
     Attributes:
-        index: 0-based number of the shown frame.
+        index: 0-based number of the frame.
         time_ns: presentation time on the source's clock.
-        detections: what the detector gave, best score first.
-        tracks: vehicles followed, in the order of their ids.
-        lead_id: id of the lead vehicle among `tracks`; None when the own path is free.
+        detections: the detector's output, best score first.
+        tracks: confirmed tracks, in the order of their ids.
+        lead_id: id of the lead among `tracks`; None when the own path is free.
         warning: the warning shown.
         ego_speed_mps: own speed; None when unknown.
-        notes: what a person should know of the whole drive by now, e.g. that the camera's mount has moved.
-            Over the picture stands what is before a note's first colon: it should say enough.
-        own_motion: speed, yaw rate and mount as believed now; None in logs of before they were known.
-        own_path: the way that we will take; None likewise.
-        searched: whether the detector was asked; else the vehicles were carried on, see `SearchSchedule`.
-        repeated: whether the picture is the one before, shown once more; all else is as it was there, and
-            there were no detections.
+        notes: sentences that the user should read, e.g. that the camera's mount has moved. The overlay shows
+            the part before the first colon, which should make sense on its own.
+        own_motion: estimated speed, yaw rate and mount; None in logs that were written before it existed.
+        own_path: the path that we will take; None in logs that were written before it existed.
+        searched: whether the detector was run on this frame. If not, vehicles were carried on; see
+            `SearchSchedule`.
+        repeated: whether the picture repeats the previous one. The result is then the previous one without
+            detections.
     """
 
     index: int
@@ -69,12 +70,12 @@ class FrameResult:
 
     @property
     def warned(self) -> Track | None:
-        """The vehicle that the warning is about, while it is followed."""
+        """The track that the warning is about; None if there is none, or if it is no longer tracked."""
         return next((track for track in self.tracks if track.track_id == self.warning.track_id), None)
 
     @property
     def told_warning(self) -> WarningState:
-        """The warning, with the figures of its vehicle where the policy, or an old log, left them out."""
+        """The warning, completed with the figures of its vehicle if a policy or an old log left them out."""
         warning, track = self.warning, self.warned
         if warning.distance_m is not None or track is None:
             return warning
@@ -94,28 +95,30 @@ class FrameResult:
 
 
 FIRST_UTC_NS = 946_684_800 * 10**9
-"""The year 2000: what a source's clock says before is a time since its start, not a date."""
+"""The year 2000. An earlier time of a source's clock counts from the start of the recording, not from
+1970."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveHeader:
-    """What is known of a drive before its first frame.
+    """What is known about a drive before its first frame.
 
     Attributes:
         source: name of the source.
         image_size: size of every picture.
-        frame_rate_hz: nominal rate.
+        frame_rate_hz: nominal frame rate.
         calibration: the calibration used, already for this image size.
-        relays_video: True when the video is the source's own packets, False when encoded anew.
+        relays_video: True if the log holds the source's own video packets, False if it was encoded anew.
         detector: name of the detector.
-        model_sha256: hash of the detector's weights; empty where it has none.
+        model_sha256: hash of the detector's weights; empty if it has none.
         versions: program and library versions by name.
-        imperial: whether distances shown to a person are in feet.
-        zero_utc_ns: what time 0 of the source's clock is in UTC, in nanoseconds since 1970, as the source's
-            file says it; None where that says nothing.
-        gpx: the GPX file that the own speed came from, which begins with the drive; empty for none.
-        gpx_begins_ns: when it does, on the source's clock; None where it is with the log's first frame, as
-            with all but a part cut out of a drive.
+        imperial: whether distances are shown in feet.
+        zero_utc_ns: UTC time of time 0 of the source's clock, in nanoseconds since 1970; None if the source's
+            file does not say.
+        gpx: contents of the GPX file that the own speed came from, which begins with the drive; empty if
+            there is none.
+        gpx_begins_ns: start of the GPX track on the source's clock; None if it is the log's first frame, as
+            in all logs but those of a part cut out of a drive.
     """
 
     source: str
@@ -132,11 +135,10 @@ class DriveHeader:
     gpx_begins_ns: int | None = None
 
     def begun_utc_ns(self, first_ns: int) -> int | None:
-        """What the time of the drive's first frame is in UTC, in nanoseconds since 1970; None where nothing
-        says so."""
+        """UTC time of the drive's first frame, in nanoseconds since 1970; None when unknown."""
         if self.zero_utc_ns is not None:
             return self.zero_utc_ns + first_ns
-        # Clocks of recorders count from 1970.
+        # Recorders' own clocks count from 1970.
         return first_ns if first_ns > FIRST_UTC_NS else None
 
 
@@ -144,10 +146,10 @@ Record = TypeVar("Record")
 
 
 def in_single_precision(record: Record) -> Record:
-    """A detection or a track with all its numbers at 24 bits of precision.
+    """A detection or a track with all its floats rounded to single precision.
 
-    None of them is known to seven digits, and noise in the other 29 bits would be half of a log's size:
-    it does not compress.
+    None of them is known to seven digits. The other 29 bits would be noise that does not compress, and half
+    of a log's size.
     """
     values: dict[str, Any] = {}
     for name in _field_names(type(record)):
@@ -166,7 +168,7 @@ def _field_names(kind: type[Any]) -> tuple[str, ...]:
 
 
 class Sink(Protocol):
-    """Where a drive is written; `close` leaves a complete file, also after an interruption."""
+    """A log that a drive is written to. `close` leaves a complete file, even after an interruption."""
 
     def open(self, header: DriveHeader) -> None:
         """Start the log."""

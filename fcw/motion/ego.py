@@ -1,4 +1,4 @@
-"""Own motion and own path of one drive, frame by frame: what was given, and what the picture says."""
+"""Own motion and own path of one drive, frame by frame, from what was given and from the picture."""
 
 import math
 from collections.abc import Sequence
@@ -26,11 +26,12 @@ class Ego(NamedTuple):
     """Own motion and own path at one frame.
 
     Attributes:
-        motion: own motion; its speed and yaw rate are the given ones where there are any.
+        motion: own motion; its speed and yaw rate are the given ones, if any.
         path: own path.
-        body_pitch_rad: how much lower the camera looks than its mount does; None where no picture tells it.
-        follows: how the picture follows the one before.
-        poor_sight: what to tell where pictures show too little (`fcw.motion.flow.sight`); else empty.
+        body_pitch_rad: momentary pitch of the car's body, positive nose down, in addition to the mount's;
+            None when unknown.
+        follows: how the picture follows the previous one.
+        poor_sight: a sentence if the pictures show too little (`fcw.motion.flow.sight`); else empty.
     """
 
     motion: OwnMotion
@@ -41,7 +42,7 @@ class Ego(NamedTuple):
 
 
 def assumed_ego(speed_mps: float | None) -> Ego:
-    """Own motion and path where at most the speed is known: straight on."""
+    """Own motion and path if at most the speed is known: straight ahead."""
     return Ego(OwnMotion(speed_mps=speed_mps), assumed_path(speed_mps))
 
 
@@ -49,11 +50,11 @@ NOTHING_KNOWN = assumed_ego(None)
 
 
 class EgoEstimator:
-    """Own motion and own path.
+    """Estimates own motion and own path.
 
     Args:
-        calibration: for the size of the pictures; None leaves the pictures alone.
-        settings: of own motion by the picture.
+        calibration: calibration for the image size; None estimates nothing from the picture.
+        settings: settings of the estimation from the picture.
     """
 
     def __init__(
@@ -77,16 +78,17 @@ class EgoEstimator:
         given_mps: float | None = None,
         given_yaw_radps: float | None = None,
     ) -> Ego:
-        """Take a frame.
+        """Update with a frame.
 
-        A picture that is unlike those before tells nothing. After a cut all but the mount starts anew.
+        A picture that is unlike those before it is ignored. After a cut, all but the mount starts anew.
 
         Args:
-            time_ns: of the frame; must not decrease.
+            time_ns: time of the frame; must not decrease.
             image: (height, width, 3) BGR.
-            boxes: of other vehicles in it.
-            given_mps: own speed from elsewhere, which goes before the picture's; None when unknown.
-            given_yaw_radps: own yaw rate, positive to the left, likewise.
+            boxes: boxes of other vehicles in it.
+            given_mps: given own speed, which takes precedence over the estimate; None if there is none.
+            given_yaw_radps: given yaw rate, positive to the left, which takes precedence over the estimate;
+                None if there is none.
         """
         motion, lane, body_pitch_rad = OwnMotion(), None, None
         follows = self._cuts.see(time_ns, image)
@@ -113,7 +115,7 @@ class EgoEstimator:
         self._sight = SightWatch(self._focal_part)
 
     def _see_lane(self, estimator: MotionEstimator, motion: OwnMotion) -> Lane | None:
-        """The lane by the latest picture that own motion used."""
+        """The lane in the latest picture that the motion estimator used."""
         picture = estimator.picture
         if picture is None:
             return self._lanes.lane

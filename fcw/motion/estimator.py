@@ -1,4 +1,4 @@
-"""Own motion from picture to picture: points followed from one to the next, solved, and filtered."""
+"""Own motion from picture to picture: points are tracked, the motion is solved for, and filtered."""
 
 import math
 from collections.abc import Sequence
@@ -21,23 +21,25 @@ from fcw.motion.travel.looks import Told, TravelLooks, contradict
 from fcw.motion.view import RoadView
 
 ANY_SPEED_MPS = 15.0
-"""Of a vehicle that drives, and the 1-sigma of it."""
+"""Prior of the own speed while driving: mean and 1-sigma."""
 POINTS_TELL_S = 1.0
-"""Once points have told a speed for so long, the road as a whole is not asked. Until then it goes first where
-it contradicts them: of a few points many agree by chance on a speed that is too low."""
+"""Once points have given a speed for this long, the road as a whole is no longer used. Until then it takes
+precedence if it contradicts them, because a few points may agree by chance on a speed that is too low."""
 CONTRADICTING_SIGMAS = 2.0
-"""Of the road's speed."""
+"""Two speeds contradict each other if they differ by more than this many sigmas of the road's."""
 HARDEST_BRAKING_MPS2, HARDEST_SPEEDING_UP_MPS2 = 10.0, 6.0
-"""Of a car on a dry road: points find no speed that is lower than this allows from one that was known, less
-`CHANGED_FROM_SIGMAS`; the road none that is higher than it allows from one that points told for long."""
+"""Limits of a car on a dry road. A speed from points is rejected if it is lower than braking from the last
+known speed allows; one from the road as a whole, if it is higher than accelerating from the last speed by
+points allows."""
 CHANGED_FROM_SIGMAS = 3.0
+"""Margin of these limits, in sigmas of the last known speed."""
 
 
 class MotionEstimator:
-    """Own motion and mount of one drive.
+    """Estimates own motion and mount of one drive.
 
     Args:
-        calibration: for the size of the pictures.
+        calibration: calibration for the image size.
         settings: see `MotionSettings`.
     """
 
@@ -54,25 +56,26 @@ class MotionEstimator:
         self._looks = TravelLooks(calibration) if self._settings.asks_direction else None
         self._known_s = 0.0
         self._misled = False
-        """Whether steps taught angles of the mount that are wrong."""
+        """Whether the steps from picture to picture have led to wrong angles of the mount."""
         self._found_s = self._doubtful_s = 0.0
-        """For how long pictures have told the speed that was found last, and for how long they doubt it."""
+        """How long the pictures have supported the speed that was found last, and how long they doubt it."""
         self._mount = self._filter.mount()
         self._turn = self._filter.yaw_rate()
-        """Mean and variance of the yaw rate. The filter does not take it where no speed is known: on one of
-        ten clips more speeds were found by chance with it, and on another the horizon became wrong."""
+        """Mean and variance of the yaw rate. It is kept out of the filter while no speed is known: with it,
+        more wrong speeds were found on one of ten clips, and on another the horizon became wrong."""
         self._since_search_s = float("inf")
         self._slowest_mps, self._fastest_mps = -math.inf, math.inf
-        """What we may have braked down to since a speed was last known, and reached since points told it."""
+        """The speeds that we may have braked down to since a speed was last known, and accelerated to since
+        points last gave one."""
         self.points = (0, 0)
 
     def update(self, time_ns: int, image: NDArray[np.uint8], boxes: Sequence[Box] = ()) -> OwnMotion:
-        """Take a picture.
+        """Update with a picture.
 
         Args:
-            time_ns: of it; must rise.
+            time_ns: time of the picture; must increase.
             image: (height, width, 3) BGR.
-            boxes: of other vehicles in it.
+            boxes: boxes of other vehicles in it.
         """
         settings, last = self._settings, self._last
         if self._looks is not None:
@@ -118,17 +121,17 @@ class MotionEstimator:
         return state
 
     def after_cut(self) -> "MotionEstimator":
-        """A new estimator for what comes after a cut; of all beliefs it keeps that in the mount."""
+        """A new estimator for the pictures after a cut. It keeps only the estimate of the mount."""
         other = MotionEstimator(self._calibration, self._settings)
         other._filter.take_mount(self._mount)
         other._mount = self._mount
         return other
 
     def _take_look(self, told: Told) -> None:
-        """What a look tells goes before what steps taught of pitch and yaw, if the two contradict each other.
+        """Use the direction of travel seen by a look, which takes precedence over the steps' pitch and yaw.
 
-        Steps tell the angles more exactly, where the road is a plane and their speed is true. Once they
-        taught something else than looks see, they are believed no more in this drive.
+        The steps from picture to picture are more exact, but only if the road is a plane and their speed is
+        right. Once they contradict a look, their angles are not used any more in this drive.
         """
         is_taught = self._known_s >= self._settings.mount_after_s
         if not is_taught:
@@ -147,7 +150,7 @@ class MotionEstimator:
         self._mount = self._filter.mount()
 
     def _judge_mount(self) -> None:
-        """What a short acquaintance with the speed taught of the mount is forgotten with it."""
+        """Keep the filter's mount if the speed has been known for long enough; otherwise undo its changes."""
         if not self._known:
             self._known_s = 0.0
         if self._known_s >= self._settings.mount_after_s and not self._misled:
@@ -157,7 +160,7 @@ class MotionEstimator:
 
     @property
     def state(self) -> OwnMotion:
-        """What is believed now."""
+        """The current estimate."""
         settings, mount = self._settings, self._believed_mount
         speed = by_points = self._speed_by_points
         if speed is None or self._found_s < POINTS_TELL_S:
@@ -178,7 +181,7 @@ class MotionEstimator:
 
     @property
     def _speed_by_road(self) -> Gaussian | None:
-        """What the road as a whole tells, if we can have reached it."""
+        """The speed estimated from the road as a whole; None if we cannot have accelerated to it."""
         speed = self._plane.speed_mps(self._camera.height_m, self._believed_mount.pitch_sigma_rad)
         if speed is None or speed.value - CHANGED_FROM_SIGMAS * speed.sigma > self._fastest_mps:
             return None
@@ -188,7 +191,7 @@ class MotionEstimator:
     def _speed_by_points(self) -> Gaussian | None:
         settings, sigma_mps = self._settings, self._filter.sigma(SPEED)
         if self._filter.x[SPEED] < -settings.still_mps:
-            return None  # backwards: who reverses does not stand
+            return None  # we drive backwards, which must not be taken for standing
         speed_mps = max(float(self._filter.x[SPEED]), 0.0)
         is_sure = sigma_mps < max(settings.known_part * speed_mps, settings.known_mps)
         known = self._known and is_sure and self._found_s >= settings.confirmed_s
@@ -208,9 +211,10 @@ class MotionEstimator:
         )
 
     def body_pitch(self, time_ns: int) -> Gaussian | None:
-        """How much lower the camera looks at a time than its mount does: the body on its springs, in rad.
+        """Pitch of the body on its springs at a time, in rad, positive nose down.
 
-        None while no points tell the speed: what turns the pictures is not told apart then.
+        None while the speed is not known from points, because the causes of a pitch cannot be told apart
+        then.
         """
         if not self._known or self._last is None:
             return None
@@ -227,14 +231,14 @@ class MotionEstimator:
 
     @property
     def view(self) -> RoadView:
-        """Where the road is in that picture, as believed now."""
+        """The current estimate of where the road is in that picture."""
         x = self._filter.x
         return self._follower.view.turned(float(x[MOUNT_PITCH] + x[SPRING]), float(x[MOUNT_ROLL]))
 
     def _take_step(
         self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float, before: MotionFilter
     ) -> None:
-        """Take what two pictures say; in doubt, whether another speed explains them better."""
+        """Update with two pictures; in doubt, look for another speed that explains them better."""
         settings = self._settings
         best = None
         needed = settings.first_evidence
@@ -277,16 +281,16 @@ class MotionEstimator:
         before: MotionFilter,
         needed: float,
     ) -> Attempt | None:
-        """The speed that explains two pictures best, of those that are supposed.
+        """Try several speeds, and find the one that explains two pictures best.
 
         Args:
-            pictures: the two.
-            dt_s: between them.
-            before: what was believed at the first.
-            needed: evidence that it must have more of.
+            pictures: the two pictures.
+            dt_s: time between them.
+            before: the filter's state at the first picture.
+            needed: the evidence that the best one must exceed.
 
         Returns:
-            None where none has, or where nearly each has: noise goes wherever it is looked for.
+            None if no speed does. Also None if nearly every speed fits, because noise fits any speed.
         """
         settings, best, agreeing = self._settings, None, 0
         for speed_mps in settings.supposed_mps:
@@ -305,9 +309,9 @@ class MotionEstimator:
     def _look_at_road(
         self, pictures: tuple[SmallPicture, SmallPicture], solution: Solution | None, dt_s: float
     ) -> None:
-        """Gather what the road as a whole tells of the speed; how the camera turned is solved, or unknown.
+        """Collect evidence on the speed from the road as a whole; `solution` tells how the camera turned.
 
-        Nothing else learns of it: where it is wrong, points and mount go on as without it.
+        The result is kept apart. If it is wrong, points and mount are not affected.
         """
         if not self._settings.asks_road:
             return
@@ -321,12 +325,13 @@ class MotionEstimator:
         self._plane.look(RoadPair(greys, views, yaw_rad, left_rad, boxes, dt_s))
 
     def _take_turn(self, pictures: tuple[SmallPicture, SmallPicture], dt_s: float) -> Solution | None:
-        """Take how two pictures turn, at whatever speed.
+        """Estimate the yaw rate from two pictures without knowing the speed.
 
-        A plain road tells no speed. All beside and above it still turns as we do.
+        A road without texture does not show the speed, but everything beside and above it still shows the
+        rotation.
 
         Returns:
-            What points beside the road tell; None where they are few.
+            The solution from points beside the road; None if there are too few.
         """
         settings, filtered = self._settings, self._filter.copy()
         filtered.take_yaw_rate(self._turn)

@@ -1,4 +1,4 @@
-"""What a person is told of the mount: that it looks elsewhere than calibrated, and what that does."""
+"""The note that the camera looks elsewhere than when it was calibrated, and what that does to distances."""
 
 import math
 from dataclasses import replace
@@ -7,20 +7,22 @@ from fcw.camera.calibration import Calibration
 from fcw.motion.state import Mount
 
 SAID_RAD, WITHDRAWN_RAD = math.radians(0.4), math.radians(0.2)
-"""A pitch farther off is said, until it comes back to less: 0.4 degrees are 15 % of 30 m, 1.4 m high."""
+"""The note appears above the first difference of pitch, and disappears below the second. At a camera height
+of 1.4 m, 0.4 degrees change a distance of 30 m by 15 %."""
 SURE_SIGMAS = 3.0
+"""The difference must also exceed this many sigmas of the estimated pitch."""
 EXPECTED_SIGMAS = 2.0
-"""A pitch within so many sigmas of the calibration is what it expects: of a rough one, that is no news."""
+"""It must also exceed this many sigmas of the calibration: a difference is expected if that is rough."""
 SAID_AFTER_S = 10.0
-"""It must have been so for so long: a first few vehicles may all be wide."""
+"""The difference must have lasted for this long, because the first few vehicles may all be wide."""
 SHOWN_AT_M = 30.0
 
 
 class MountNote:
-    """Says when the camera's pitch, as it is believed, is not that of the calibration.
+    """Tells when the estimated pitch of the camera differs from the calibration's.
 
     Args:
-        calibration: for the size of the pictures.
+        calibration: calibration for the image size.
         calibration_sigma_rad: 1-sigma of the horizon by the calibration.
     """
 
@@ -32,7 +34,7 @@ class MountNote:
         self._mount = Mount(pitch_rad=calibration.camera.pitch_rad)
 
     def update(self, mount: Mount, dt_s: float) -> None:
-        """Take what is believed now, so long after the last time."""
+        """Update with the current estimate of the mount, `dt_s` after the last one."""
         self._mount = mount
         limit_rad = WITHDRAWN_RAD if self._moved else SAID_RAD
         off_rad = abs(mount.pitch_rad - self._camera.pitch_rad)
@@ -43,7 +45,7 @@ class MountNote:
 
     @property
     def text(self) -> str | None:
-        """What to tell, or None."""
+        """The note, or None if there is nothing to tell."""
         if not self._moved:
             return None
         off_rad = self._mount.pitch_rad - self._camera.pitch_rad

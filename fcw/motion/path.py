@@ -1,4 +1,4 @@
-"""The own path: by mount, yaw rate and lane lines together, or as it is assumed where nobody measured it."""
+"""The own path, fused from mount, yaw rate and lane lines, or assumed if nothing was measured."""
 
 import math
 from collections.abc import Sequence
@@ -12,44 +12,46 @@ from fcw.motion.lanes import Lane
 from fcw.motion.state import OwnMotion, OwnPath
 
 SLOWEST_TURN_MPS = 3.0
-"""Below this a small yaw rate would be any curvature."""
+"""Below this speed, even a tiny yaw rate would mean a sharp bend."""
 OFFSET_SIGMA_M = 0.35
-"""People keep to the middle of their lane this well."""
+"""1-sigma of our position in the lane: drivers keep to the middle this well."""
 STRAY_RAD = math.radians(0.4)
-"""And point along it this well; and a mount's yaw that nobody measured is worse (see `Mount`)."""
+"""1-sigma of our heading along the lane. The uncertainty of the camera's yaw is added (see `Mount`)."""
 BEND_SIGMA_MPS2 = 0.15
-"""The road ahead bends otherwise than where we are: 1-sigma of how the acceleration across it changes on the
-way. At 50 km/h that is 0.35 m at 30 m."""
+"""1-sigma of the change of the lateral acceleration on the way, as the road ahead may bend otherwise than
+here. At 50 km/h that is 0.35 m at 30 m."""
 BEND_PART = 0.4
 LARGEST_BEND_SIGMA_MPS2 = 0.5
-"""A bend ends, or gets sharper: 1-sigma of that as a part of the acceleration across, and at most so much.
+"""A bend may end or get sharper. The 1-sigma of that is `BEND_PART` of the lateral acceleration, and at most
+`LARGEST_BEND_SIGMA_MPS2`.
 
-The likeliest ones for the own motion of KITTI tracking 0000 to 0010, 2 and 3 s ahead, where the sigma of a
-straight road is fitted too: in seven of eleven choices with one sequence left out, else 0.3 to 0.4, 0.4 to
-0.8. With that sigma as it is above the part would be 0.2; this one warns less of parked cars in bends."""
+These are the likeliest values for the own motion of KITTI tracking 0000 to 0010, 2 and 3 s ahead, if the
+sigma of a straight road is fitted too: in seven of eleven choices with one sequence left out; the others gave
+0.3 to 0.4 and 0.4 to 0.8. With the sigma of a straight road as it is above, the part would be 0.2; the
+present value gives fewer warnings of parked cars in bends."""
 GROWTH_SIGMA = 1.0
-"""A bend that grows may stop growing, or grow twice as fast."""
+"""1-sigma of the change of a bend, as a fraction of it: it may stop changing, or change twice as fast."""
 UNKNOWN_BEND_SIGMA_PER_M = 2e-3
+"""1-sigma of the curvature if nothing is known about it."""
 ROAD_BEND_MPS2 = 1.0
-"""1-sigma of the acceleration across in bends, before anything is measured."""
+"""1-sigma of the lateral acceleration in bends before anything is measured."""
 UNKNOWN_SPEED_PART = 0.5
-"""1-sigma of a bend, as a part of it, of which only is known how fast we turn in it: we may drive half as
-fast as is usual, or twice."""
+"""1-sigma of the curvature, as a fraction of it, if the yaw rate is known but not the speed: we may drive
+half as fast as usual, or twice."""
 GIVEN_YAW_RATE_SIGMA_RADPS = math.radians(0.3)
-"""Of a yaw rate that was given, for the way ahead; how we turn now it tells exactly (`turn_of`)."""
+"""1-sigma of a given yaw rate as a prediction of the path. For our turning now it is exact (`turn_of`)."""
 
-# Of an assumed path. These were chosen and tried on KITTI tracking 0000 to 0010 and the simulated scenarios;
-# nothing was left out.
+# Constants of an assumed path. They were chosen and tried on KITTI tracking 0000 to 0010 and the simulated
+# scenarios. No drive was left out.
 LATERAL_MPS2 = 0.5
-"""1-sigma of the lateral acceleration of ordinary driving: what an unknown bend may be, R = 800 m at 72
+"""1-sigma of the lateral acceleration in ordinary driving, and so of an unknown bend: R = 800 m at 72
 km/h."""
 MOUNT_YAW_RAD = math.radians(1.0)
-"""1-sigma of a camera's direction against that of travel where it was not measured; KITTI's is 0.9
-degrees."""
+"""1-sigma of a camera's yaw if it was not measured; KITTI's is 0.9 degrees."""
 MOUNT_OFFSET_M = 0.15
-"""1-sigma of a camera's place beside the middle of the car: behind the mirror."""
+"""1-sigma of a camera's lateral distance from the middle of the car: it hangs behind the mirror."""
 SLOWEST_BEND_MPS = 5.0
-"""Slower, a bend is no sharper than at this speed: a car turns on a circle."""
+"""At lower speeds an unknown bend is assumed no sharper than at this speed, as a car has a turning circle."""
 
 
 class PathAhead:
@@ -66,17 +68,17 @@ class PathAhead:
 
 
 def own_path(motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0) -> OwnPath:
-    """The path by own motion and by the lane lines, each weighted by how well it is known.
+    """The path from own motion and lane lines, each weighted by how well it is known.
 
     Args:
-        motion: own motion; the mount turns the path against the camera's axis.
-        lane: as its lines show it, in the same coordinates; None where none are seen.
-        change_radps: by how much the yaw rate will have changed on the way; see `Turning`.
+        motion: own motion; the mount gives the direction of the path relative to the camera's axis.
+        lane: the lane, in the same coordinates; None if no lines are seen.
+        change_radps: expected change of the yaw rate on the way; see `Turning`.
     """
     by_motion, sigmas = _by_motion(motion, change_radps)
     if lane is None:
         return _path((*by_motion.tolist(), 0.0), sigmas, None)
-    # Motion tells of the bend that it will have after a third of the way.
+    # Own motion measures the curvature that the path has after a third of the way.
     third_m = AHEAD_S * max(USUAL_MPS if motion.speed_mps is None else motion.speed_mps, SLOWEST_TURN_MPS)
     told = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, third_m]])
     before, covariance = lane.mean[:4], lane.covariance[:4, :4]
@@ -89,7 +91,7 @@ def own_path(motion: OwnMotion, lane: Lane | None, change_radps: float = 0.0) ->
 
 
 def assumed_path(own_mps: float | None) -> OwnPath:
-    """The path where nobody measured it: straight along the camera's axis, and how uncertain that is.
+    """The path if nothing was measured: straight along the camera's axis, with its uncertainty.
 
     Args:
         own_mps: own speed; None when unknown.
@@ -103,7 +105,7 @@ def assumed_path(own_mps: float | None) -> OwnPath:
 
 
 def path_curvature_per_m(own_mps: float | None, yaw_rate_radps: float | None) -> float:
-    """Curvature of the own path by how we turn now, positive to the left; 0 where unknown, or too slow."""
+    """Curvature of the own path from our yaw rate, positive to the left; 0 if unknown or too slow."""
     if own_mps is None or yaw_rate_radps is None or own_mps < SLOWEST_TURN_MPS:
         return 0.0
     return yaw_rate_radps / own_mps
@@ -122,7 +124,7 @@ def _by_motion(motion: OwnMotion, change_radps: float) -> tuple[FloatArray, Floa
         bend_sigma_per_m = math.hypot(bend_sigma_per_m, UNKNOWN_SPEED_PART * bend_per_m)
     if speed_mps is not None and yaw_rate_radps is not None and speed_mps >= SLOWEST_TURN_MPS:
         sigma_radps = motion.yaw_rate_sigma_radps or GIVEN_YAW_RATE_SIGMA_RADPS
-        # What is little known of our turning, after a while in the dark, is believed as far as roads bend.
+        # Shrink a poorly known yaw rate (after a while in the dark, say) towards the bends that roads have.
         measured_sigma_per_m = sigma_radps / speed_mps
         road_sigma_per_m = max(UNKNOWN_BEND_SIGMA_PER_M, ROAD_BEND_MPS2 / speed_mps**2)
         believed = road_sigma_per_m**2 / (road_sigma_per_m**2 + measured_sigma_per_m**2)

@@ -1,4 +1,4 @@
-"""Which vehicle is the lead: the nearest one in the own path that does not come towards us."""
+"""Which vehicle is the lead: the nearest one in the own path that is not oncoming."""
 
 import math
 from collections.abc import Iterable
@@ -8,28 +8,28 @@ from fcw.motion.state import OwnPath
 from fcw.tracking.types import Track
 
 ONCOMING_MARGIN_MPS = 3.0
-"""Errors of the own speed and of a lead that rolls back stay below this."""
+"""The error of the own speed, and the speed of a lead that rolls back, stay below this."""
 ONCOMING_SIGMAS = 1.0
-"""How surely the closing speed must exceed the own speed before a vehicle counts as oncoming: a standing
-vehicle closes exactly at the own speed, and must not be lost to noise."""
+"""By how many sigmas the closing speed must exceed the own speed before a vehicle counts as oncoming. A
+standing vehicle closes exactly at the own speed, and noise must not turn it into an oncoming one."""
 RIVAL_AHEAD_S = 1.5
-"""How far ahead it is looked who comes into the path: half a change of lane."""
+"""How far ahead in time rivals are predicted: half the duration of a lane change."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Corridor:
-    """The own path: a strip on the ground, straight or bent.
+    """The own path: a strip on the ground, straight or curved.
 
-    What counts is where the middle of the vehicle's rear will be in a moment: a vehicle that cuts in belongs
-    to the path before it is there, and one that leaves is let go early. With lanes of 3.5 m a neighbour's
-    middle is 3.5 m away.
+    A vehicle is judged by where the middle of its rear will be in a moment. A vehicle that cuts in belongs to
+    the path before it is there, and one that leaves is released early. With lanes of 3.5 m, the middle of a
+    vehicle in the next lane is 3.5 m away.
 
     Attributes:
-        enter_m: a vehicle this near the path's middle comes into it.
-        leave_m: a vehicle in the path leaves it beyond this: half a lane.
-        ahead_s: how far ahead in time a vehicle's lateral position is judged; a change of lane
-            lasts 3 to 5 s.
-        fastest_mps: lateral speeds beyond this are noise: 3.5 m in 3 s, at their fastest.
+        enter_m: a vehicle enters the path when it is this near to its middle.
+        leave_m: a vehicle leaves the path beyond this: half a lane.
+        ahead_s: how far ahead in time the lateral position is predicted; a lane change takes 3 to 5 s.
+        fastest_mps: lateral speeds are limited to this, as faster ones are noise. It is the peak of a lane
+            change of 3.5 m in 3 s.
     """
 
     enter_m: float = 1.2
@@ -41,27 +41,27 @@ class Corridor:
         """Whether a vehicle is in the path.
 
         Args:
-            lateral_m: of its middle, from the path's.
-            lateral_mps: rate of it.
+            lateral_m: position of its middle from the middle of the path.
+            lateral_mps: rate of `lateral_m`.
             was_inside: whether it was in the path before.
         """
         speed_mps = min(max(lateral_mps, -self.fastest_mps), self.fastest_mps)
         soon_m = lateral_m + speed_mps * self.ahead_s
-        # It comes in when it is in, or when it is near and moves in.
+        # It enters if it is inside, or near and moving in.
         comes = abs(lateral_m) <= self.enter_m or (
             abs(lateral_m) <= self.leave_m + self.enter_m / 2
             and abs(soon_m) <= self.enter_m
             and abs(soon_m) < abs(lateral_m)
         )
-        # It leaves when it is out and does not come, or will be out for good.
+        # It stays until it is outside or soon will be well outside.
         stays = abs(lateral_m) <= self.leave_m and abs(soon_m) <= self.leave_m + self.enter_m / 2
         return comes or (was_inside and stays)
 
 
 def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None) -> bool:
-    """Whether the vehicle surely comes towards us: it closes faster than a standing one would.
+    """Whether the vehicle surely comes towards us, because it closes faster than a standing one would.
 
-    False where the own speed is unknown.
+    False if the own speed is unknown.
     """
     if ego_speed_mps is None:
         return False
@@ -71,9 +71,9 @@ def is_oncoming(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: 
 
 
 def drives_along(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None) -> bool:
-    """Whether the vehicle surely drives along the road as we do, and neither stands nor comes towards us.
+    """Whether the vehicle surely drives in our direction, and neither stands nor comes towards us.
 
-    False where the own speed is unknown.
+    False if the own speed is unknown.
     """
     if ego_speed_mps is None:
         return False
@@ -84,7 +84,7 @@ def drives_along(track: Track, ego_speed_mps: float | None, ego_speed_sigma_mps:
 def may_come_towards_us(track: Track, ego_speed_mps: float | None) -> bool:
     """Whether the vehicle closes faster than a standing one would, by 1 sigma and without a margin.
 
-    True where the own speed is unknown.
+    True if the own speed is unknown.
     """
     if ego_speed_mps is None:
         return True
@@ -94,7 +94,7 @@ def may_come_towards_us(track: Track, ego_speed_mps: float | None) -> bool:
 def select_lead(
     tracks: Iterable[Track], ego_speed_mps: float | None, ego_speed_sigma_mps: float | None = None
 ) -> Track | None:
-    """The nearest vehicle in the own path that is believed and not oncoming; None when the path is free."""
+    """The nearest vehicle in the own path that is neither doubtful nor oncoming; None if the path is free."""
     candidates = (
         track
         for track in tracks
@@ -108,8 +108,8 @@ def rivals(
 ) -> tuple[Track, ...]:
     """Vehicles that may become the lead in a moment, the nearest first.
 
-    They are seen, no farther away than the lead, do not come towards us, and stand in the own path or will
-    within `RIVAL_AHEAD_S` if they go on moving sideways as they do. A path of None is straight.
+    A rival is seen, is no farther away than the lead, is not oncoming, and is in the own path or will be
+    within `RIVAL_AHEAD_S` at its present lateral speed. A path of None is straight.
     """
     corridor, farthest_m = Corridor(), math.inf if lead is None else lead.distance_m
     near = [
@@ -125,7 +125,7 @@ def rivals(
 
 
 def _nearest_m(track: Track, path: OwnPath, fastest_mps: float) -> float:
-    """How near to the path's middle it comes within `RIVAL_AHEAD_S`."""
+    """How near the vehicle comes to the middle of the path within `RIVAL_AHEAD_S`."""
     if track.in_path:
         return 0.0
     aside_m = track.lateral_m - path.lateral_at(track.distance_m)

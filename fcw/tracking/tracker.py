@@ -29,21 +29,22 @@ from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track
 
 HIDDEN_PART = 0.75
-"""A vehicle of which more is behind another one's box is not carried on."""
+"""A vehicle is not carried on if more than this part of its box is inside another one's."""
 HIDDEN_PART_NEARER = 0.35
 NEARER_RATIO = 0.8
-"""And of which more is behind a vehicle so many times as near: what is seen there is that one's."""
+"""`HIDDEN_PART_NEARER` replaces `HIDDEN_PART` if the other's distance is below this fraction of the
+vehicle's, because the pixels there then belong to the other one."""
 
 
 class _View(NamedTuple):
     """A vehicle that was found in a frame.
 
     Attributes:
-        slot: the vehicle's place in the list.
-        detection: what was found.
-        box: of the whole vehicle; see `Followed.view_of`.
-        edges: of that, which were seen.
-        free: edges behind which it does not go on; see `free_edges`.
+        slot: the vehicle's index in the list.
+        detection: its detection.
+        box: box of the whole vehicle; see `Followed.view_of`.
+        edges: which edges of `box` were seen.
+        free: edges beyond which the vehicle does not continue; see `free_edges`.
     """
 
     slot: int
@@ -54,12 +55,12 @@ class _View(NamedTuple):
 
 
 class _Assigned(NamedTuple):
-    """The detections of a frame, and whose they are.
+    """The detections of a frame, assigned to vehicles.
 
     Attributes:
-        views: of the vehicles that were found again.
-        new: detections of no vehicle that is followed.
-        certain: boxes that may hide another vehicle.
+        views: the vehicles that were found again.
+        new: detections that belong to no vehicle yet.
+        certain: boxes that are certain enough to hide another vehicle.
     """
 
     views: list[_View]
@@ -71,7 +72,7 @@ class Tracker:
     """Follows the vehicles of one drive.
 
     Args:
-        calibration: for the size of the pictures the detections come from.
+        calibration: calibration for the image size of the detections.
         settings: see `TrackerSettings`.
     """
 
@@ -101,27 +102,27 @@ class Tracker:
 
     @property
     def own_speed(self) -> Gaussian | None:
-        """Own speed in m/s that other vehicles are judged by; held for a while where none is told."""
+        """Own speed in m/s that other vehicles are judged by. The last known one is held for a while."""
         return None if self._own.speed_mps is None else Gaussian(self._own.speed_mps, self._own.sigma_mps)
 
     @property
     def reference_offset_m(self) -> float:
-        """How far the reference of distances is ahead of the camera."""
+        """How far the point from which distances are measured is ahead of the camera."""
         return self._calibration.reference_offset_m
 
     @property
     def believed_mount(self) -> Mount:
-        """Where the camera looks, as vehicles and own motion tell it by now."""
+        """The current estimate of where the camera looks, from vehicles and own motion."""
         return self._range.mount
 
     @property
     def mount(self) -> MountWatch:
-        """Whether the camera still looks where it did when it was calibrated, and what to tell if not."""
+        """Watches whether the camera still looks where it did when it was calibrated."""
         return self._mount
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a person should know of the camera by now."""
+        """Sentences about the camera that the user should read."""
         note = self._mount_note.text or self._mount.note
         return () if note is None else (note,)
 
@@ -132,22 +133,22 @@ class Tracker:
         ego: Ego = NOTHING_KNOWN,
         image: NDArray[np.uint8] | None = None,
     ) -> tuple[Track, ...]:
-        """Take one frame.
+        """Update with one frame.
 
-        After a cut no vehicle is the same. A picture that is unlike those before tells nothing of them.
+        After a cut, all tracks begin anew. A picture that is unlike those before it is ignored.
 
         Args:
-            time_ns: of the frame; intervals between frames may vary.
-            detections: in it; None where it was not searched: then the vehicles move on, carried by the
-                picture where it is given, and none counts as missed.
-            ego: own motion and path. The speed tells oncoming and standing vehicles; by our turning what is
-                ahead sweeps across the picture, which else passes for a motion of the vehicles; ranging goes
-                by the mount.
-            image: (height, width, 3) BGR, the frame's own; None where there are boxes alone. With it the
-                vehicles the detector misses are carried by their looks.
+            time_ns: time of the frame; intervals between frames may vary.
+            detections: vehicles found in it. None if it was not searched: the vehicles are then predicted,
+                or carried by the picture if it is given, and none counts as missed.
+            ego: own motion and path. The speed identifies oncoming and standing vehicles. The yaw rate tells
+                how much of the motion across the picture is due to our own turning. The mount is used for
+                ranging.
+            image: the frame's picture, (height, width, 3) BGR; None if there are only boxes. With it,
+                vehicles that the detector misses are carried by their looks.
 
         Returns:
-            The confirmed tracks in the order of their ids, coasting ones among them.
+            The confirmed tracks in the order of their ids, including coasting ones.
 
         Raises:
             ValueError: `time_ns` is before the last frame's.
@@ -175,13 +176,13 @@ class Tracker:
         return self._tracks(time_ns, ego)
 
     def _begin_anew(self) -> None:
-        """After a cut: forget the vehicles and the own speed; what is believed of the mount stays."""
+        """After a cut, forget the vehicles and the own speed, but keep the estimate of the mount."""
         self._keep([False] * len(self._followed))
         self._doubts = Doubts(self._settings.belief, self._calibration.image_size.width)
         self._own, self._lead_id = OwnSpeed(), None
 
     def _go_on_to(self, time_ns: int) -> float:
-        """The time since the frame before; what was not seen for long is forgotten."""
+        """Advance to a frame and forget vehicles not seen for long; returns the time since the last frame."""
         if self._time_ns is not None and time_ns < self._time_ns:
             raise ValueError(f"frame time went back from {self._time_ns} to {time_ns} ns")
         dt_s = 0.0 if self._time_ns is None else (time_ns - self._time_ns) / 1e9
@@ -192,7 +193,7 @@ class Tracker:
         return dt_s
 
     def _predict(self, time_ns: int, dt_s: float, searched: bool, ego: Ego) -> None:
-        """Where the vehicles should be now, and how large."""
+        """Predict where the vehicles are in this frame, and how large."""
         motion = ego.motion
         own_gain_mps = self._own.update(dt_s, motion.speed_mps, motion.speed_sigma_mps or 0.0)
         growths = self._range.predict(
@@ -205,7 +206,7 @@ class Tracker:
             followed.predict(time_ns, dt_s, growth, search_s, turn_radps)
 
     def _assign(self, time_ns: int, detections: Sequence[Detection]) -> _Assigned:
-        """Whose the detections are."""
+        """Assign the detections to vehicles."""
         pairs = match_detections(
             [followed.box for followed in self._followed],
             [followed.confirmed for followed in self._followed],
@@ -214,7 +215,7 @@ class Tracker:
             self._settings,
         )
         taken = {index for _, index in pairs}
-        # What is doubtful hides nobody.
+        # A doubtful vehicle hides no other one.
         doubted = {index for slot, index in pairs if self._followed[slot].doubtful}
         certain = [one.box for index, one in enumerate(detections) if not (one.faint or index in doubted)]
         views = []
@@ -226,7 +227,7 @@ class Tracker:
         return _Assigned(views, new, certain)
 
     def _measure(self, found: _Assigned, moved: dict[int, Moved], dt_s: float, searched: bool) -> None:
-        """What the frame says of distances and of the mount."""
+        """Update distances and mount with what the frame shows."""
         self._range.update(
             [(view.slot, view.box) for view in found.views],
             max(self._unsearched_s, SHORTEST_STEP_S),
@@ -237,7 +238,7 @@ class Tracker:
             free = {view.slot: view.free for view in found.views}
             for slot, followed in enumerate(self._followed):
                 followed.free = free.get(slot, WHOLE)
-        # The looks of what comes out from behind another vehicle seem to grow.
+        # A vehicle that comes out from behind another one only seems to grow.
         grown = [
             (slot, one.log_growth, one.sigma)
             for slot, one in moved.items()
@@ -258,7 +259,7 @@ class Tracker:
             self._followed[view.slot].correct(time_ns, view.box, view.detection.score, view.detection.faint)
 
     def _settle(self, time_ns: int, path: OwnPath) -> None:
-        """What is believed of the vehicles after this frame; those not worth it are forgotten."""
+        """Update the state of the vehicles after this frame, and forget those that are not worth keeping."""
         for slot, followed in enumerate(self._followed):
             followed.settle(time_ns)
             followed.state = self._state(slot)
@@ -266,7 +267,7 @@ class Tracker:
         self._keep([followed.is_worth_keeping() for followed in self._followed])
 
     def _tracks(self, time_ns: int, ego: Ego) -> tuple[Track, ...]:
-        """The vehicles that are believed, and which of them is the lead."""
+        """The confirmed tracks; also selects the lead among them."""
         turn, sigma_mps = turn_of(ego.motion), ego.motion.speed_sigma_mps
         tracks = tuple(
             followed.track(time_ns, ego.path, turn) for followed in self._followed if followed.confirmed
@@ -277,7 +278,7 @@ class Tracker:
         return tracks
 
     def _carry(self, time_ns: int, image: NDArray[np.uint8], before: Sequence[Box]) -> dict[int, Moved]:
-        """Find the vehicles in the picture, by slot, and move their boxes there."""
+        """Follow the vehicles' image patches into this picture, and move their boxes; the moves, by slot."""
         moved = {}
         own_mps, slowest_mps = self._own.speed_mps, self._settings.following.driving_mps
         we_drive = own_mps is not None and own_mps >= slowest_mps
@@ -288,13 +289,13 @@ class Tracker:
         return moved
 
     def _remember(self, image: NDArray[np.uint8], time_ns: int) -> None:
-        """Take the looks of the lead and the nearest vehicles for the next pictures."""
+        """Store the looks of the lead and the nearest vehicles, to follow them in the next pictures."""
         found = [followed for followed in self._followed if followed.seen_by == SeenBy.DETECTOR]
         hidden = set()
         for slot, followed in enumerate(self._followed):
             unfound = followed.seen_by != SeenBy.DETECTOR
             if unfound and any(_hides(other, followed) for other in found):
-                # Its looks are another's by now: it is where it should be, until it is found again.
+                # The pixels in its box belong to another vehicle by now. Predict it until it is found again.
                 followed.lose()
                 hidden.add(slot)
         believed = [
@@ -316,7 +317,7 @@ class Tracker:
                 self._range.begin_growth(slot)
 
     def _rulers(self, boxes: Sequence[tuple[int, Box]]) -> list[RulerReading]:
-        """What the vehicles that are believed say of the mount."""
+        """What the confirmed vehicles tell about the mount."""
         readings = []
         for slot, box in boxes:
             followed = self._followed[slot]
@@ -326,13 +327,13 @@ class Tracker:
         return readings
 
     def _keep(self, worth: Sequence[bool]) -> None:
-        """Forget the vehicles that are not worth it; slots of the range filter are places in the list."""
+        """Forget vehicles. A vehicle has the same index in this list and in the range filter."""
         if not all(worth):
             self._range.keep([slot for slot, keep in enumerate(worth) if keep])
             self._followed = [followed for followed, keep in zip(self._followed, worth, strict=True) if keep]
 
     def _state(self, slot: int) -> RangeState:
-        """What is believed of a vehicle, with what the own speed says of it."""
+        """Range state of a vehicle, combined with what the own speed tells about it."""
         state, prior = self._range.state(slot), self._settings.speed_prior
         if self._own.speed_mps is None:
             return without_own_speed(state, prior)
@@ -342,7 +343,7 @@ class Tracker:
         return free_edges(box, others, self._calibration.camera, self._settings.model.rears[0].length_m)
 
     def _start(self, time_ns: int, detection: Detection, others: Sequence[Box], ego: Ego) -> None:
-        """Begin a track, where the box gives a first distance."""
+        """Begin a track if the box gives a first distance."""
         if self._range.add(detection.box, self._own.speed_mps, self._free_edges(detection.box, others)):
             followed = Followed(
                 self._next_id,
@@ -360,13 +361,13 @@ class Tracker:
 
 
 def _turn_radps(ego: Ego) -> float | None:
-    """Our yaw rate, positive to the left; None where it is not known."""
+    """Our yaw rate, positive to the left; None when unknown."""
     turn = turn_of(ego.motion)
     return None if turn is None else turn.rate_radps(ego.path)
 
 
 def _hides(found: Followed, carried: Followed) -> bool:
-    """Whether a vehicle that was found stands in front of one that was not, or the latter is a part of it."""
+    """Whether a vehicle that was found hides one that was not, or the latter is only a part of it."""
     box, other = found.box, carried.box
     inside = shared_area(box, other) / (other.w * other.h)
     nearer = found.state.distance_m < NEARER_RATIO * carried.state.distance_m
