@@ -1,7 +1,8 @@
-"""Which box that was found is which vehicle's, and which of its edges it shows.
+"""Which detection belongs to which vehicle, and which edges of its box are the vehicle's.
 
-A detector may box a part of a vehicle: the rest is hidden, or dark, or was not taken for it. The box is still
-that vehicle's, and one of two opposite edges is where it was expected; the other one is the end of the part.
+A detector may box only a part of a vehicle, because the rest is hidden, or dark, or was overlooked. The box
+still belongs to that vehicle. One of two opposite edges is then where it was expected, and the other one is
+only the end of the part.
 """
 
 import math
@@ -21,25 +22,28 @@ from fcw.tracking.settings import TrackerSettings
 NEVER = 1e6
 """Cost of a pair that must not be associated."""
 PART_COST = 1.0
-"""Whole boxes go before parts."""
+"""Extra cost of a box that is only a part, so that whole boxes are preferred."""
 PART_INSIDE = 0.8
-"""How much of a part is inside the whole, at least, or of the whole inside what was thought to be it."""
+"""At least this part of the smaller box must be inside the larger one. The predicted box may be the
+smaller."""
 PART_HEIGHT_RATIO = 1.3
+"""Largest ratio of the heights of a part and the whole."""
 PART_BOTTOM = 0.15
-"""It stands where the whole does, up to this part of its height: else it is another vehicle."""
+"""Largest difference of the lower edges of a part and the whole, as a fraction of the height. Beyond it, the
+box is another vehicle's."""
 OFF_PART = 0.15
 OFF_SIGMAS = 4.0
-"""An edge is not where it was expected that is off by more than both: this part of the box's extent, and so
-many sigmas of its noise."""
+"""An edge is not where it was expected if it is off by more than this part of the box's extent and by more
+than this many sigmas of its noise."""
 
 TOUCHING = 0.1
+"""A box touches another one if their edges are closer than this fraction of its width."""
 NEARER = 0.05
-"""A box touches another one whose edge is closer than this part of its width. Of two vehicles the one that
-stands lower by more than this part of the other one's height is the nearer one."""
+"""A vehicle is nearer than another if it stands lower by more than this fraction of the other's height."""
 
 
 class Edges(NamedTuple):
-    """Which edges of a box are the vehicle's own."""
+    """Which edges of a box are the vehicle's own, and not the end of what was seen of it."""
 
     left: bool = True
     top: bool = True
@@ -47,12 +51,12 @@ class Edges(NamedTuple):
     bottom: bool = True
 
     def both(self, other: "Edges") -> "Edges":
-        """The edges that both have."""
+        """The edges that are the vehicle's in both."""
         return Edges(*(here and there for here, there in zip(self, other, strict=True)))
 
     @property
     def across(self) -> bool:
-        """Whether the width is the vehicle's."""
+        """Whether the width of the box is the vehicle's."""
         return self.left and self.right
 
 
@@ -66,18 +70,18 @@ def associate(
     settings: TrackerSettings,
     least_iou: float = 0.0,
 ) -> list[tuple[int, int]]:
-    """Pairs (predicted, found) of least total cost: overlap lost, plus the difference in scale.
+    """Pairs (predicted, found) of least total cost: 1 - IoU plus the difference in log scale.
 
     Args:
-        predicted: of the vehicles that are followed, in or beyond the picture.
-        found: in the picture.
-        size: of the picture.
-        settings: of the tracker.
-        least_iou: least IoU of a pair, besides the limits of the settings.
+        predicted: predicted boxes of the vehicles; may extend beyond the picture.
+        found: detected boxes.
+        size: size of the picture.
+        settings: settings of the tracker.
+        least_iou: least IoU of a pair, in addition to the limits of the settings.
     """
     if not predicted or not found:
         return []
-    # What of a vehicle is beyond the picture's edges is not found.
+    # Detections end at the picture's edges.
     inside = [in_picture(box, size) for box in predicted]
     cost = np.array([[_cost(box, other, size, settings) for other in found] for box in inside])
     return [
@@ -96,16 +100,16 @@ def match_detections(
 ) -> list[tuple[int, int]]:
     """Pairs (vehicle, detection), in the order of the vehicles.
 
-    Boxes go to vehicles that are believed before those that are not yet: a second box of a vehicle begins
-    a track that would take its first one from it. Faint boxes go to vehicles that are not found
-    otherwise, or to none (both as in ByteTrack, Zhang et al. 2022).
+    Confirmed vehicles are matched first. Otherwise a second box of a vehicle, which begins a track, could
+    take the first box away from it. Faint detections are matched last, to vehicles without another detection
+    (both as in ByteTrack, Zhang et al. 2022).
 
     Args:
-        predicted: of the vehicles that are followed, in or beyond the picture.
-        confirmed: which of them are believed.
-        detections: in the picture.
-        size: of the picture.
-        settings: of the tracker.
+        predicted: predicted boxes of the vehicles; may extend beyond the picture.
+        confirmed: which of the vehicles are confirmed.
+        detections: detections in the picture.
+        size: size of the picture.
+        settings: settings of the tracker.
     """
     pairs = list[tuple[int, int]]()
     vehicles = range(len(predicted))
@@ -135,10 +139,10 @@ def match_detections(
 
 
 def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> Edges:
-    """Which edges of a box are those of the vehicle that it was associated with.
+    """Which edges of a box are those of the vehicle that it was matched to.
 
-    Where one of two opposite edges is where it was expected and the other one is not, a part was boxed. Where
-    neither is, the vehicle is elsewhere than was thought.
+    If one of two opposite edges is where it was expected and the other is not, only a part was boxed. If
+    neither is, the prediction was wrong, and both count as the vehicle's.
     """
     predicted = in_picture(predicted, size)
     least_px = OFF_SIGMAS * noise.edge_sigma_px(found)
@@ -146,20 +150,20 @@ def own_edges(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> E
     left, right = abs(found.x - predicted.x) <= across_px, abs(found.right - predicted.right) <= across_px
     top = abs(found.y - predicted.y) <= down_px
     bottom = abs(found.bottom - predicted.bottom) <= down_px * noise.bottom_ratio
-    # The picture's border is where it was expected, and says nothing.
+    # An edge at the picture's border is always where it was expected, which tells nothing.
     across = (left or right) and measures_width(found, size, noise)
     down = (top or bottom) and measures_row(found, size, noise) and measures_height(found, size, noise)
-    # What is wider than was expected is no part of it: it was expected too narrow.
+    # A box that is wider than expected is no part; the expected one was too narrow.
     left |= found.x < predicted.x
     right |= found.right > predicted.right
     return Edges(left or not across, top or not down, right or not across, bottom or not down)
 
 
 def cut_as_expected(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise) -> Box:
-    """The box found, extended to the picture's border where the vehicle was expected to go beyond it.
+    """The detected box, extended to the picture's border if the vehicle was expected to continue beyond it.
 
-    A detector that sees part of a near vehicle may end its box a little inside the picture. Taken for the
-    vehicle's own edge, that would make it narrower, or have it move towards our path.
+    A detector that sees only a part of a near vehicle may end the box a little inside the picture. Taken as
+    the vehicle's own edge, this would make the vehicle narrower, or seem to move it towards our path.
     """
     off_px, border = OFF_SIGMAS * noise.edge_sigma_px(found), size.width - 0.5
     left, right = found.x, found.right
@@ -171,17 +175,17 @@ def cut_as_expected(found: Box, predicted: Box, size: ImageSize, noise: BoxNoise
 
 
 def free_edges(box: Box, others: Sequence[Box], camera: GroundPlaneCamera, length_m: float) -> Edges:
-    """Which edges of a box are free of nearer vehicles, behind which more of this one may come out.
+    """Which edges of a box are free, in that no nearer vehicle touches them and may hide more of this one.
 
-    Where a side is not, the height is not either: what is seen of a hidden vehicle begins anywhere. Of a
-    vehicle beside us we see the inner side: its edge there is that side's far end, and of a vehicle straight
-    ahead it hides nothing that is nearer.
+    If a side is not free, the upper edge is not either, because what is seen of a hidden vehicle may end
+    anywhere. A vehicle beside us shows its inner side. The edge of its box there is the far end of that side,
+    and hides nothing of a vehicle straight ahead that is nearer than this far end.
 
     Args:
-        box: of the vehicle.
-        others: that were found in the same picture; the box itself may be among them.
-        camera: as calibrated.
-        length_m: of vehicles.
+        box: box of the vehicle.
+        others: boxes found in the same picture; may include `box` itself.
+        camera: the calibrated camera.
+        length_m: length of a vehicle.
     """
     left = right = True
     apart_px, lower_px = TOUCHING * box.w, box.bottom + NEARER * box.h
@@ -199,7 +203,7 @@ def free_edges(box: Box, others: Sequence[Box], camera: GroundPlaneCamera, lengt
 
 
 def completed(found: Box, predicted: Box, edges: Edges) -> Box:
-    """The box of the whole vehicle of which a part was found."""
+    """Box of the whole vehicle, completed from the prediction if only a part of it was found."""
     if edges == WHOLE:
         return found
     left, top = found.x if edges.left else predicted.x, found.y if edges.top else predicted.y
@@ -211,8 +215,8 @@ def completed(found: Box, predicted: Box, edges: Edges) -> Box:
 def towards(box: Box, found: Box, part: float, size: ImageSize, noise: BoxNoise) -> Box:
     """The box moved by a part of the way to the one found.
 
-    An edge found at the picture's border says only that the vehicle goes on beyond it: where its own is
-    believed there, it stays.
+    An edge found at the picture's border only tells that the vehicle continues beyond it. If the box already
+    extends beyond the border, its edge stays there.
     """
     left, top, right, bottom = (
         was + part * (now - was)
@@ -231,16 +235,16 @@ def towards(box: Box, found: Box, part: float, size: ImageSize, noise: BoxNoise)
 
 
 def in_picture(box: Box, size: ImageSize) -> Box:
-    """The part of a box in the picture: as much of one beyond its left edge as of one beyond its right."""
+    """The part of a box inside the picture; the left and the right border are treated alike."""
     top, bottom = max(box.y, -0.5), min(box.bottom, size.height - 0.5)
-    # Of one that is beyond an edge, the column of pixels at that edge.
+    # Of a box wholly beyond a border, the column of pixels at that border.
     left = min(max(box.x, -0.5), size.width - 1.5)
     right = max(min(box.right, size.width - 0.5), left + 1.0)
     return Box(left, top, right - left, max(bottom - top, 1.0))
 
 
 def _cost(predicted: Box, found: Box, size: ImageSize, settings: TrackerSettings) -> float:
-    # Small boxes are mostly noise: each is widened by it before their overlap is judged.
+    # Small boxes are mostly noise, so boxes are widened by the noise before their overlap is judged.
     pad = settings.padding_sigmas * settings.box_noise.edge_sigma_px(found)
     width = min(predicted.right, found.right) - max(predicted.x, found.x) + 2 * pad
     height = min(predicted.bottom, found.bottom) - max(predicted.y, found.y) + 2 * pad

@@ -1,4 +1,4 @@
-"""From boxes to the range filter's measurements: what is seen, what was expected, and the Jacobian between.
+"""From boxes to the range filter's measurements: residuals, variances and the Jacobian.
 
 The equations and the state are those of `fcw.tracking.range.filter`.
 """
@@ -27,12 +27,12 @@ SMALLEST_DEPTH_M = 0.1
 
 HORIZON, SCALE, POLE, SLOW, FAST, WIDER, CAMERA = 0, 1, 2, 3, 4, 5, 6
 DISTANCE, RATE, GROWTH, WIDTH, HEIGHT, ASPECT, BUMP, LOOKS, VEHICLE = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""Places in the state; the vehicles' follow the camera's."""
+"""Indices into the state: first the camera's part, then one part for each vehicle."""
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """How a vehicle stands to us: sigmas of aspect and bump, and how far its middle is from our path."""
+    """How we see a vehicle: sigmas of its aspect and of bumps, and how far its middle is from our path."""
 
     aspect_sigma: float
     bump_sigma_px: float
@@ -43,12 +43,12 @@ class Sighting(NamedTuple):
     """A box of a vehicle.
 
     Attributes:
-        slot: number of the vehicle in the filter.
+        slot: index of the vehicle in the filter.
         kind: index of its kind.
-        box: in the picture.
-        edges: which of its edges are the vehicle's own.
-        doubtful: whether it may be none.
-        log_part: logarithm of the part of its width that is boxed, see `fcw.tracking.range.boxed_part`.
+        box: its box in the picture.
+        edges: which edges of the box are the vehicle's own.
+        doubtful: whether it may be no vehicle.
+        log_part: logarithm of the fraction of its width that is boxed; see `fcw.tracking.range.boxed_part`.
     """
 
     slot: int
@@ -60,16 +60,17 @@ class Sighting(NamedTuple):
 
 
 class Measurements(NamedTuple):
-    """Of M edges and widths.
+    """Measurements of M edges and widths.
 
     Attributes:
-        rows: (M, N) Jacobian, but for K and C: as if C and the overhangs grew with K and the distances. All
-            that is farther away through a longer lens looks the same then. It nearly does: what is left is
-            far less than a box is off that shows a side or is cut, and such boxes would halve K in a second.
-        residuals: (M,) measured less expected.
-        variances: (M,) of the measurement's own noise.
-        common: (M,) whether it tells of the camera.
-        views: of each vehicle.
+        rows: (M, N) Jacobian, approximate for K and C: C and the overhangs are taken to grow with K and the
+            distances. Then a scene that is farther away through a longer lens looks exactly the same, which
+            is nearly true. The remainder is far smaller than the error of a box that shows a side or is cut,
+            and would let such boxes halve K within a second.
+        residuals: (M,) measured minus expected.
+        variances: (M,) of the measurements' own noise.
+        common: (M,) whether the measurement also updates the camera's part of the state.
+        views: view of each vehicle.
     """
 
     rows: FloatArray
@@ -80,50 +81,54 @@ class Measurements(NamedTuple):
 
 
 SHARPEST_ROAD_PER_M = 1 / 80
-"""What bends more is no road but a turn at a crossing: who is ahead does not stand along it."""
+"""A sharper bend is no road but a turn at a crossing, and vehicles ahead are not aligned with it."""
 STEEPEST_SLOPE = 0.3
-"""The bend of a road is not known so far ahead that it would have turned by more."""
+"""Largest slope of the road that is used. A bend is not known so far ahead that it would have turned by
+more."""
 TURNS_SIGMAS = 3.0
-"""A box that is this much wider for its height than before, or a side this much narrower, is of a vehicle
-that turns."""
+"""A vehicle turns if its box is wider for its height than before by this many sigmas, or its side
+narrower."""
 TURNS_FACTOR = 8.0
-"""The aspect of what turns may change by this many times what is beyond `TURNS_SIGMAS`. Of 1, 2, 4 and 8,
-with 1.5 to 3 sigmas, the pair that makes little of a car that turns off and changes least of all else."""
+"""The aspect of a turning vehicle may change by this many times the excess over `TURNS_SIGMAS`. Of 1, 2, 4
+and 8, with 1.5 to 3 sigmas, this pair handles a car that turns off and changes everything else least."""
 ACROSS_M = 1.0
-"""What looks wider by this than its rear and all of its side stands across, or is more than one vehicle."""
+"""If a box is wider by this than the rear and the whole side of its vehicle, the vehicle stands across the
+road, or the box contains more than one."""
 
 
 def road_slope(path: OwnPath, distance_m: float) -> float:
-    """Slope of the road against the camera's axis at a distance: vehicles there stand along it."""
+    """Direction of the road at a distance, as a slope against the camera's axis. Vehicles align with it."""
     if abs(path.curvature_per_m) > SHARPEST_ROAD_PER_M:
         return path.heading_rad
     return max(-STEEPEST_SLOPE, min(path.slope_at(distance_m), STEEPEST_SLOPE))
 
 
 def visible_side_m(outer_m: float, width_m: float, distance_m: float, length_m: float) -> float:
-    """How much of its side a vehicle shows, as width at its rear.
+    """How much of its side a vehicle shows, as a width at the distance of its rear.
 
-    The far end of its inner side stands as far from the line along its own middle that runs through the
-    camera when it is seen straight from behind, but farther away.
+    The reference is the line on which a vehicle is seen straight from behind. The far end of the inner side
+    has the same lateral distance from that line as the near end, but is farther away, and so appears closer
+    to it.
 
     Args:
-        outer_m: from that line to its outer side.
-        width_m: of its rear.
-        distance_m: of it.
-        length_m: of the vehicle.
+        outer_m: lateral distance of its outer side from that line.
+        width_m: width of its rear.
+        distance_m: its distance.
+        length_m: its length.
     """
     return max(outer_m - width_m, 0.0) * length_m / (distance_m + length_m)
 
 
 def outwards_m(turned_m: float, shown_m: float, width_m: float, distance_m: float, length_m: float) -> float:
-    """How much farther out the middle of a vehicle is than that of its box, which takes in its side.
+    """How much farther out the middle of a vehicle is than the middle of its box, which includes its side.
 
     Args:
-        turned_m: of the box's middle, from the line on which a vehicle is seen straight from behind.
-        shown_m: width of the box where the vehicle is.
-        width_m: of the vehicle's rear.
-        distance_m: of it.
-        length_m: of the vehicle.
+        turned_m: lateral position of the box's middle, from the line on which a vehicle is seen straight from
+            behind.
+        shown_m: width of the box in metres, at the vehicle's distance.
+        width_m: width of the vehicle's rear.
+        distance_m: distance of the vehicle.
+        length_m: length of the vehicle.
     """
     side_m = visible_side_m(abs(turned_m) + shown_m / 2, width_m, distance_m, length_m)
     if shown_m < width_m + side_m + ACROSS_M:
@@ -132,16 +137,16 @@ def outwards_m(turned_m: float, shown_m: float, width_m: float, distance_m: floa
 
 
 class BoxGeometry:
-    """How vehicles show in the picture.
+    """How vehicles appear in the picture.
 
     Attributes:
-        path: our own, along which vehicles stand: in a bend one straight ahead shows its side as well.
+        path: our own path, with which vehicles align. In a bend, a vehicle straight ahead shows its side too.
 
     Args:
-        camera: as calibrated.
-        image_size: of the pictures.
-        noise: of the boxes.
-        model: beliefs.
+        camera: the calibrated camera.
+        image_size: size of the pictures.
+        noise: noise of the boxes.
+        model: model of vehicles, camera and road.
     """
 
     def __init__(
@@ -155,7 +160,7 @@ class BoxGeometry:
         self._calibrated = camera
 
     def first_sight(self, box: Box, x: FloatArray, covariance: FloatArray) -> tuple[int, float] | None:
-        """Kind and distance by one box; None where it has neither width nor height, nor a row to go by."""
+        """Kind and distance by one box; None if none of its width, height and row can be used."""
         noise, size = self._noise, self._image_size
         horizon_px, log_scale, pole_m, slow_px, fast_px, wider = x[:CAMERA].tolist()
         scale = math.exp(log_scale)
@@ -181,7 +186,7 @@ class BoxGeometry:
         return kind, max(depth_m - pole_m, NEAREST_START_M)
 
     def _side_m(self, box: Box, kind: int, distance_m: float, width_m: float, focal_px: float) -> float:
-        """How much of its side a vehicle beside our path shows."""
+        """How much of its side a vehicle beside our path shows, as a width at its rear."""
         behind_m = road_slope(self.path, distance_m) * distance_m
         outer_m = max(
             abs((self._axis_px - edge_px) * distance_m / focal_px - behind_m)
@@ -190,17 +195,17 @@ class BoxGeometry:
         return visible_side_m(outer_m, width_m, distance_m, self.prior.lengths_m[kind])
 
     def view(self, box: Box, kind: int, distance_m: float, width_m: float, focal_px: float) -> View:
-        """How a vehicle of this distance and width stands to us.
+        """How we see a vehicle at this distance and of this width.
 
         Args:
-            box: of it.
+            box: its box.
             kind: index of its kind.
-            distance_m: as believed.
-            width_m: of its rear.
-            focal_px: believed together with the distance, by which its side shows. With the calibrated one a
-                shorter scale would move it towards our path, so that it showed less of its side; the width
-                left over would make the scale shorter still. How far aside it is for all else goes by the
-                calibration: boxes that are too wide would pull that as well.
+            distance_m: its estimated distance.
+            width_m: width of its rear.
+            focal_px: focal length estimated together with the distance, used for its visible side. With the
+                calibrated one, a smaller scale would move the vehicle towards our path, where it would show
+                less of its side; the rest of its width would make the scale smaller still. The calibrated
+                focal length is used for everything else, because boxes that are too wide would pull that too.
         """
         model = self._model
         side_m = self._side_m(box, kind, distance_m, width_m, focal_px)
@@ -210,12 +215,14 @@ class BoxGeometry:
             for edge_px in (box.x, box.right)
         )
         lateral_m = outer_m - width_m / 2
-        # A bend turns it one way, its place aside another: of sides that cancel what is not known does not.
+        # The bend may turn the vehicle the other way than its lateral position does. The visible sides then
+        # cancel, but their uncertainties do not.
         bend_rad = road_slope(self.path, distance_m) - self.path.heading_rad
         side_part = math.hypot(side_m, bend_rad * self.prior.lengths_m[kind]) / (width_m + side_m)
         if kind > self.prior.rear_count:
-            # Seen from its side, which becomes more or less of its width as it turns. From a corner as well,
-            # but so looks a van at first that comes half into our lane: its width unsure, warnings were lost.
+            # Seen from its side, whose share of the width changes as it turns. The same is true of a vehicle
+            # seen from a corner. But a van that comes half into our lane looks like that at first, and with
+            # an uncertain width, warnings of it were lost.
             side_part = max(1 - USUAL_WIDTH_M / width_m, 0.0)
         return View(
             math.hypot(model.aspect_sigma, model.side_sigma * side_part),
@@ -224,11 +231,11 @@ class BoxGeometry:
         )
 
     def ruler(self, sighting: Sighting, distance_m: float) -> tuple[float, float, float, float] | None:
-        """Where a vehicle puts the horizon if it is as wide as its kind; see `fcw.tracking.horizon`.
+        """The horizon by a vehicle if it is as wide as its kind usually is; see `fcw.tracking.horizon`.
 
         Returns:
-            Pitch against the calibration, angle of its lower edge below the horizon, sigma of its log width,
-            and sigma of the pitch by the box's noise; None where it is cut, or far aside.
+            Pitch relative to the calibration, angle of its lower edge below the horizon, sigma of its log
+            width, and sigma of the pitch due to the noise of the box; None if the box is cut, or far aside.
         """
         _, kind, box, *_ = sighting
         noise, size, camera = self._noise, self._image_size, self._calibrated

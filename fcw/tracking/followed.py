@@ -20,23 +20,25 @@ from fcw.tracking.settings import TrackerSettings
 from fcw.tracking.types import SeenBy, Track, known_ttc_s
 
 NEAREST_M = 0.5
-"""Nothing ahead comes nearer to a camera behind a windscreen: a track coasting on from here is wrong."""
+"""No vehicle ahead comes nearer than this to a camera behind a windscreen. A track that coasts to here is
+wrong."""
 SHORTEST_STEP_S = 1e-6
-"""Two pictures with one time count as this far apart."""
+"""Two frames with equal times count as this far apart."""
 
 
 class Followed:
     """One vehicle's box and history.
 
     Attributes:
-        box: in the picture, or where it would be beyond its edges.
+        box: its box in the picture; may extend beyond the picture's edges.
         last_ns: when it was last seen, by the detector or in the picture.
-        detected_ns: when the detector saw it last.
-        confirmed: whether it is believed.
-        seen_by: what saw it in the latest frame, or, where that was not searched, in the last one that was.
-        doubtful: whether it may be none; see `fcw.tracking.belief`.
-        looks: what is remembered of them.
-        free: edges of its box behind which it did not go on when it was last searched for; see `free_edges`.
+        detected_ns: when the detector last saw it.
+        confirmed: whether the track is confirmed.
+        seen_by: what saw it in the latest frame or, if that was not searched, in the last one that was.
+        doubtful: whether it may be no vehicle; see `fcw.tracking.belief`.
+        looks: follows its image patch.
+        free: edges of its box beyond which it did not continue when it was last searched for; see
+            `free_edges`.
     """
 
     def __init__(
@@ -72,41 +74,41 @@ class Followed:
         self._misses = 0
         self._lately = Lately(settings.belief.lately_s)
         self.found_s = 0.0
-        """For how long the detector found it."""
+        """Total time for which the detector found it."""
         self._in_a_row = 0
-        """How often it was found in two frames in a row."""
+        """How often it was found in two consecutive frames."""
         self._in_path = False
         self._part_ns: int | None = None
-        """Since when a part of it was boxed."""
+        """Since when only a part of it has been boxed."""
         self.doubtful = False
         self._seen: Box | None = None
-        """The box of this frame, until its lateral position is taken."""
+        """The box seen in this frame, until the lateral position is updated with it."""
         self._next_m = state.distance_m
-        """Where its rear would be now by what was believed at the frame before."""
+        """Predicted distance of its rear at this frame."""
         lateral_m = self._lateral_m(detection.box, focal_px, path, None)
         sigma = settings.box_noise.edge_sigma_px(detection.box) / focal_px
         self._across = LateralFilter(lateral_m, sigma * state.distance_m, self._sweep_mps(turn_radps))
         self._bearing = BearingFilter(lateral_m / state.distance_m, sigma, state.distance_m, turn_radps)
         self._rest: tuple[int, complex] | None = None
-        """Since when, and where, it has stood still in the picture while it was carried."""
+        """Since when, and where, it has been stationary in the picture while it was carried."""
 
     def predict(
         self, time_ns: int, dt_s: float, growth: float, search_s: float | None, turn_radps: float | None
     ) -> None:
-        """Move on by dt to a time.
+        """Predict the vehicle at the time of a frame.
 
         Args:
-            time_ns: of the frame.
-            dt_s: since the frame before.
-            growth: of the vehicle in the picture since then.
-            search_s: since the last frame that was searched before this one, which counts as a miss until a
-                detection says otherwise; None where this one is not searched.
-            turn_radps: our yaw rate, positive to the left; None where it is not known.
+            time_ns: time of the frame.
+            dt_s: time since the previous frame.
+            growth: factor by which the vehicle grew in the picture since then.
+            search_s: time since the previous frame that was searched; None if this one is not searched. A
+                searched frame counts as a miss until a detection is assigned.
+            turn_radps: our yaw rate, positive to the left; None when unknown.
         """
         self._time_ns = time_ns
         box, horizon_px = self.box, self._calibration.horizon_row_px
         axis_px = self._calibration.camera.principal_column_px
-        # Offsets from the vanishing point grow as the picture of the vehicle does: all go with 1/D.
+        # Offsets from the vanishing point grow as the vehicle's size in the picture does: all go with 1/D.
         bottom = horizon_px + (box.bottom - horizon_px) * growth
         center_x = axis_px + (box.center_x - axis_px) * growth
         self.box = _box(center_x + self._drift_pxps * dt_s, bottom, box.w * growth, box.h * growth)
@@ -123,21 +125,22 @@ class Followed:
             self.seen_by = SeenBy.COASTING
 
     def _sweep_mps(self, turn_radps: float | None) -> float | None:
-        """Rate at which it moves to the left, as seen from us, because we turn."""
+        """Rate at which it seems to move to the left because we turn."""
         return None if turn_radps is None else -turn_radps * self._next_m
 
     def carry(self, time_ns: int, moved: Moved, we_drive: bool) -> bool:
-        """Move its box to where the picture shows it; False where it cannot be there.
+        """Move its box to where its image patch was followed to; returns False if it cannot be there.
 
-        It counts as seen where the detector saw it long enough; see `FollowingSettings.credit`.
+        It counts as seen if the detector saw it for long enough before; see `FollowingSettings.credit`.
 
         Args:
-            time_ns: of the frame.
-            moved: where the picture shows it.
-            we_drive: whether we are known to drive: then what stands still in the picture is on the
-                windscreen.
+            time_ns: time of the frame.
+            moved: where its image patch was found.
+            we_drive: whether we are known to drive. If so, a patch that is stationary in the picture is on
+                the windscreen.
         """
-        # On one road its lower edge goes down as it grows; what is followed elsewhere is something else.
+        # On a flat road the lower edge goes down as the vehicle grows. A patch that moves otherwise is not
+        # its.
         astray_px = moved.box.w * (self._feet_of(moved.box) - self._feet)
         focal_px, following = self._calibration.camera.focal_y_px, self._settings.following
         if abs(astray_px) > focal_px * following.pitch_rad + following.uneven * moved.box.h:
@@ -155,7 +158,7 @@ class Followed:
         return True
 
     def _stands_still(self, time_ns: int, box: Box) -> bool:
-        """Whether it has been carried for `still_s` to where it was."""
+        """Whether it has been carried for `still_s` without moving in the picture."""
         following, middle = self._settings.following, complex(box.center_x, box.y + box.h / 2)
         still_px = following.still_rad * self._calibration.camera.focal_y_px
         if self._rest is None or abs(middle - self._rest[1]) > still_px:
@@ -163,21 +166,21 @@ class Followed:
         return time_ns - self._rest[0] > following.still_s * 1e9
 
     def lose(self) -> None:
-        """Stop carrying it: what the picture showed is not this vehicle."""
+        """Stop carrying it, as the followed patch is not this vehicle."""
         self.looks.forget()
         if self.seen_by is SeenBy.PICTURE:
             self.seen_by = SeenBy.COASTING
 
     def view_of(self, time_ns: int, found: Box, free: Edges) -> tuple[Box, Edges]:
-        """Its box where it was found in this frame, and which edges of that were seen.
+        """Box of the whole vehicle in this frame, and which of its edges were seen.
 
-        A vehicle that was well seen a moment ago and of which a part is boxed now is as wide and tall as
-        before; for no longer than `part_s`, then it is believed to be what is boxed.
+        If the vehicle was seen well a moment ago and only a part of it is boxed now, its width and height are
+        kept, for at most `part_s`. After that, the detected box is taken as the vehicle's.
 
         Args:
-            time_ns: of the frame.
-            found: its box there.
-            free: its edges behind which it does not go on, see `free_edges`.
+            time_ns: time of the frame.
+            found: its detected box.
+            free: edges beyond which it does not continue; see `free_edges`.
         """
         settings, edges = self._settings, WHOLE
         if self._hits >= settings.part_hits and time_ns - self.detected_ns <= settings.part_s * 1e9:
@@ -193,9 +196,9 @@ class Followed:
         return completed(found, self.box, edges), edges.both(free)
 
     def correct(self, time_ns: int, found: Box, score: float, faint: bool = False) -> None:
-        """Take the box of this frame, see `view_of`, and its score.
+        """Update with the box of this frame, see `view_of`, and its score.
 
-        A faint one says where the vehicle is, but neither that it is one nor that it is none.
+        A faint detection tells where the vehicle is, but counts neither for nor against its existence.
         """
         settings, box = self._settings, self.box
         following, dt_s = settings.following, (time_ns - self.last_ns) / 1e9
@@ -216,23 +219,23 @@ class Followed:
         if not carried:
             self._drift(found, dt_s)
         self.box = towards(box, found, self._gain(dt_s), self._calibration.image_size, settings.box_noise)
-        # A false alarm that flickers is not confirmed by patience.
+        # A false detection that flickers must not become confirmed just by lasting long enough.
         self.confirmed |= self._hits >= settings.confirm_hits and self._is_seen_often()
 
     def settle(self, time_ns: int) -> None:
-        """End a frame, its detections taken: being carried uses up the credit that the detector gave."""
+        """End a frame. If the vehicle was carried, the frame uses up credit that detections have given."""
         if self.seen_by == SeenBy.PICTURE:
             self.last_ns = time_ns
             self._credit_s -= self._dt_s
 
     def _gain(self, dt_s: float) -> float:
-        """Of an alpha-beta filter: from the time constant, and at first that of a plain mean."""
+        """Gain of an alpha-beta filter, from its time constant; for the first few boxes, that of a mean."""
         return max(1 - math.exp(-dt_s / self._settings.box_smoothing_s), 1 / self._hits)
 
     def _drift(self, seen: Box, dt_s: float) -> None:
-        """The column drifts when the vehicle moves across the road; pictures of one time tell no rate.
+        """Update the rate at which the box drifts sideways because the vehicle moves across the road.
 
-        Of one that the picture's border cuts its own side says so, not the middle of what is left.
+        If the picture's border cuts the vehicle, its visible side is used instead of the middle of the box.
         """
         alpha, size = 1 - math.exp(-dt_s / self._settings.box_smoothing_s), self._calibration.image_size
         shift_px = seen.center_x - self.box.center_x
@@ -241,11 +244,11 @@ class Followed:
         self._drift_pxps += alpha**2 / (2 - alpha) * shift_px / max(dt_s, SHORTEST_STEP_S)
 
     def _feet_of(self, box: Box) -> float:
-        """How far below the horizon it stands, in its widths: the same at every distance."""
+        """How far below the horizon it stands, in units of its width: independent of the distance."""
         return (box.bottom - self._calibration.horizon_row_px) / box.w
 
     def is_worth_keeping(self) -> bool:
-        """Whether it is still ahead and in the picture, and until confirmed seen often, or a moment ago."""
+        """Whether it is still ahead and in the picture and, until confirmed, seen often or recently."""
         width, height = self._calibration.image_size.width, self._calibration.image_size.height
         across = -0.5 <= self.box.center_x <= width - 0.5 or self.seen_by == SeenBy.DETECTOR
         inside = across and self.box.y < height
@@ -255,13 +258,12 @@ class Followed:
 
     @property
     def found_part(self) -> float:
-        """In how many of its frames the detector found it, of those in which it was not faint."""
+        """Fraction of its frames in which the detector found it, of those in which it was not faint."""
         return self._hits / (self._hits + self._misses)
 
     @property
     def found_lately(self) -> float:
-        """The same over the last seconds alone: a vehicle that was far away for long was rarely found
-        then."""
+        """`found_part` over the last seconds only: a vehicle that was far away for long was rarely found."""
         return self._lately.part
 
     def _is_seen_often(self) -> bool:
@@ -271,26 +273,26 @@ class Followed:
         return self._hits >= self._misses or (often and in_a_row and self._is_clear())
 
     def _is_clear(self) -> bool:
-        """Whether its box is more than noise."""
+        """Whether its box is much larger than the noise of its edges."""
         settings = self._settings
         return self.box.h >= settings.clear_sigmas * settings.box_noise.edge_sigma_px(self.box)
 
     def wants_search(self) -> bool:
-        """Whether every frame should be searched for it: it is new, or we may soon be at its rear."""
+        """Whether every frame should be searched, as the vehicle is new or may be reached soon."""
         settings, state = self._settings, self.state
         is_new = (self._time_ns - self._first_ns) / 1e9 < settings.new_s
         is_soon = state.distance_m < settings.soon_s * state.closing_speed_mps
         return (is_new or is_soon) and abs(self._across.lateral_m) < settings.aside_m
 
     def track(self, time_ns: int, path: OwnPath, turn: Turn | None) -> Track:
-        """The vehicle as believed now; called once a frame, for the path's hysteresis."""
+        """The track at this frame. To be called once a frame, as `in_path` has hysteresis."""
         state = self.state
         distance_m, low_m, high_m = state.distance_with_interval(self._calibration.reference_offset_m)
         across = self._across
         lateral_m, lateral_mps = across.lateral_m, across.rate_mps
         if self.seen_by != SeenBy.COASTING:
-            # Only what is seen comes into the path: a vehicle passed by is not beside its last place.
-            # On a bent path what stands still keeps its place beside it, though it sweeps across the picture.
+            # A vehicle that coasts cannot enter the path: one that we have passed is not where it was last.
+            # Beside a bend, a standing vehicle keeps its place although it sweeps across the picture.
             from_path_m = lateral_m - path.lateral_at(state.distance_m)
             from_path_mps = lateral_mps - sweep_mps(path, turn, state.distance_m, state.closing_speed_mps)
             self._in_path = self._settings.corridor.holds(from_path_m, from_path_mps, self._in_path)
@@ -314,7 +316,7 @@ class Followed:
             lateral_speed_mps=lateral_mps,
             width_m=state.width_m,
             lateral_sigma_m=math.hypot(across.sigma_m, lateral_m * state.log_across_sigma),
-            # What keeps its bearing comes nearer across the road as it does along it.
+            # At a constant bearing, the lateral position shrinks at the same relative rate as the distance.
             lateral_speed_sigma_mps=math.hypot(
                 across.rate_sigma_mps, lateral_m * state.across_rate_sigma_per_s
             ),
@@ -328,12 +330,13 @@ class Followed:
         )
 
     def place_across(self, focal_px: float, path: OwnPath, news: News) -> None:
-        """Take where the box of this frame is across the road; called once its distance is known.
+        """Update the lateral position with the box of this frame. Called once its distance is known.
 
         Args:
-            focal_px: of the camera.
-            path: our own.
-            news: of the part of it that is boxed; the middle of another part is elsewhere without a motion.
+            focal_px: focal length of the camera.
+            path: our own path.
+            news: whether another part of the vehicle is boxed now, whose middle is elsewhere without any
+                motion.
         """
         self._across.scale(self.state.distance_m / max(self._next_m, NEAREST_M))
         if self._seen is not None:
@@ -350,9 +353,9 @@ class Followed:
             self._seen = None
 
     def _inner_edge_px(self, box: Box, believed_m: float, metres_per_px: float) -> float | None:
-        """Column of the vehicle's inner side where its outer one is believed beyond the picture; else None.
+        """Column of the vehicle's inner side if its outer side is expected beyond the picture; else None.
 
-        Then what bounds the box on that side is not the vehicle's own.
+        In that case the outer edge of the box is not the vehicle's.
         """
         axis_px, width = self._calibration.camera.principal_column_px, self._calibration.image_size.width
         half_m = self.state.width_m / 2
@@ -366,10 +369,10 @@ class Followed:
         """Lateral position of the middle of the rear by a box, positive to the left.
 
         Args:
-            box: in the picture.
-            focal_px: of the camera.
-            path: our own.
-            believed_m: the position as it was expected; None where nothing was.
+            box: its box in the picture.
+            focal_px: focal length of the camera.
+            path: our own path.
+            believed_m: the predicted position; None if there is none.
         """
         camera, distance_m = self._calibration.camera, self.state.distance_m
         metres_per_px = distance_m / focal_px

@@ -1,4 +1,4 @@
-"""The camera's own part of ranging: whether the mount has moved."""
+"""Detects from the vehicles in sight whether the camera's mount has moved."""
 
 import math
 from collections.abc import Sequence
@@ -11,17 +11,17 @@ from fcw.camera.ground_plane import FloatArray
 
 
 class RulerReading(NamedTuple):
-    """Where a vehicle in sight puts the horizon, when its width is the ruler.
+    """The horizon implied by a vehicle in sight, with its width as the ruler.
 
     Attributes:
-        vehicle: numbers of its track and of its kind: if it turns out to be of another kind, it is another
+        vehicle: its track id and the index of its kind. If it turns out to be of another kind, it is another
             ruler.
-        pitch_rad: how much lower than calibrated the camera looks if the vehicle is as wide as its kind is in
-            the median.
-        below_rad: how far its lower edge is below the horizon: a vehicle wider by a part shows a pitch higher
-            by that part of this.
+        pitch_rad: how much lower than calibrated the camera looks if the vehicle has the median width of its
+            kind.
+        below_rad: angle of its lower edge below the horizon. If the vehicle is wider than the median by some
+            fraction, the pitch is wrong by that fraction of this angle.
         width_sigma: 1-sigma of the logarithm of its width.
-        noise_rad: 1-sigma of this reading by the noise of its box.
+        noise_rad: 1-sigma of this reading due to the noise of its box.
     """
 
     vehicle: tuple[int, int]
@@ -33,25 +33,24 @@ class RulerReading(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MountWatchSettings:
-    """When a moved mount is said.
+    """When a moved mount is reported.
 
     Attributes:
-        step_s: readings of this time make one measurement.
-        onset_step_s: a move of the mount may begin at each multiple of this time.
-        onsets: the number of such moments, the latest ones, that are held possible beside the start of the
-            drive.
+        step_s: readings over this time are averaged to one measurement.
+        onset_step_s: the mount may have moved at any multiple of this time.
+        onsets: how many of the latest such moments are considered, in addition to the start of the drive.
         jump_sigma_rad: 1-sigma of a move of the mount.
-        evidence: logarithm of the odds from which the mount is said to have moved. In ten simulated hours
-            without a turn nothing was said; in one of 24 drives it was said before the turn.
-        said_rad: a change larger than this is said.
-        withdrawn_rad: it is said until the change is back to less than this.
-        drift_rad_per_sqrt_s: random walk of the mount, by warmth and load.
-        slow_pitch_rad: 1-sigma of the pitch by load and slopes, common to all vehicles.
+        evidence: log odds from which the mount is reported to have moved. In ten simulated hours without a
+            move, none was reported; in one of 24 drives it was reported before the move.
+        said_rad: a change larger than this is reported.
+        withdrawn_rad: a report is withdrawn once the change is smaller than this.
+        drift_rad_per_sqrt_s: random walk of the mount, due to temperature and load.
+        slow_pitch_rad: 1-sigma of the pitch due to load and slopes, common to all vehicles.
         slow_pitch_s: correlation time of that pitch.
-        fast_pitch_rad: 1-sigma of the pitch of the body in the mean of a step, common to all.
-        bump_rad: 1-sigma of the road below one vehicle, in the mean of a step; larger than it is, because it
-            lasts longer.
-        turned: 1-sigma of how far a vehicle turns, as a part of its width.
+        fast_pitch_rad: 1-sigma of the pitch of our body, averaged over a step, common to all vehicles.
+        bump_rad: 1-sigma of the unevenness of the road below one vehicle, averaged over a step; larger than
+            measured, because it is correlated from step to step.
+        turned: 1-sigma of how much a vehicle's turning changes its width, as a fraction of it.
     """
 
     step_s: float = 1.0
@@ -70,19 +69,19 @@ class MountWatchSettings:
 
 
 MOUNT, SLOW, FAST, COMMON = 0, 1, 2, 3
-"""Places in the state of a hypothesis; the widths of the vehicles in sight follow."""
+"""Indices into the state of a hypothesis; the log widths of the vehicles in sight follow."""
 
 
 class MountWatch:
     """Tells whether the camera looks elsewhere than it did when it was calibrated.
 
-    A vehicle whose width is not known says little of the horizon, but it says at once when the horizon
-    jumps: its width stays. So every moment of the last minutes is a hypothesis, "the mount jumped then",
-    besides "it did not": each a Kalman filter of the mount's pitch, the road's, and the widths of the
-    vehicles in sight. The likelihoods of their innovations decide (Willsky & Jones 1976, "A generalized
-    likelihood ratio approach to the detection and estimation of jumps in linear systems"), which is the
-    soonest a jump of unknown size can be told at a given rate of false alarms (Page 1954; Lorden 1971).
-    A jump at the start is a wrong calibration.
+    A vehicle of unknown width tells little about the horizon, but it shows at once when the horizon jumps,
+    because its width does not change. So there is one hypothesis for every moment of the last minutes, "the
+    mount jumped then", and one for "it did not". Each is a Kalman filter of the mount's pitch, the road's
+    pitch and the widths of the vehicles in sight. The likelihoods of their innovations decide (Willsky &
+    Jones 1976, "A generalized likelihood ratio approach to the detection and estimation of jumps in linear
+    systems"). At a given rate of false alarms, this detects a jump of unknown size as soon as possible (Page
+    1954; Lorden 1971). A jump at the start means that the calibration is wrong.
 
     Args:
         calibration_sigma_rad: 1-sigma of the horizon by the calibration.
@@ -106,15 +105,15 @@ class MountWatch:
 
     @property
     def moved(self) -> bool:
-        """Whether the camera looks elsewhere."""
+        """Whether the camera looks elsewhere than it did."""
         return self._moved
 
     def update(self, readings: Sequence[RulerReading], dt_s: float) -> None:
-        """Take the vehicles of a frame; a frame without any says nothing and takes no time.
+        """Update with the vehicles of a frame. A frame without any is skipped, and its time does not count.
 
         Args:
-            readings: of the vehicles in sight.
-            dt_s: since the frame before.
+            readings: readings of the vehicles in sight.
+            dt_s: time since the previous frame.
         """
         if not readings:
             return
@@ -129,7 +128,7 @@ class MountWatch:
 
     @property
     def note(self) -> str | None:
-        """What to tell, or None."""
+        """The note, or None if there is nothing to tell."""
         if not self._moved:
             return None
         direction = "down" if self.deviation_rad > 0 else "up"
@@ -170,7 +169,7 @@ class MountWatch:
             self._p -= gain[:, :, None] * spread[:, None, :]
 
     def _follow_vehicles(self) -> None:
-        """Forget the widths of vehicles out of sight, and begin with those of new ones."""
+        """Remove the widths of vehicles out of sight from the state, and add those of new ones."""
         kept = [place for place, vehicle in enumerate(self._vehicles) if vehicle in self._sums]
         index = [*range(COMMON), *(COMMON + place for place in kept)]
         self._vehicles = [self._vehicles[place] for place in kept]
@@ -186,7 +185,7 @@ class MountWatch:
         self._x, self._p = x, p
 
     def _suppose_jump(self) -> None:
-        """One more hypothesis, that the mount jumps now; the oldest one after the start's is given up."""
+        """Add the hypothesis that the mount jumps now, and drop the oldest one except that of the start."""
         self._since_onset_s = 0.0
         jumped = self._p[:1].copy()
         jumped[0, MOUNT, MOUNT] += self._settings.jump_sigma_rad**2
@@ -208,7 +207,8 @@ class MountWatch:
                 self._judge(float(self._x[0, MOUNT]))
             return
         if self._reference_rad is None:
-            # Against where it was, as far as this drive had shown it: the clicks err by as much as a jump.
+            # Changes count from where the camera looked earlier in this drive, if it jumped in mid-drive: the
+            # calibration itself may be off by as much as a jump.
             self._reference_rad = float(self._x[0, MOUNT]) if best > 1 else 0.0
         self._keep([best])
         self._log_likelihood[:] = 0.0

@@ -1,9 +1,9 @@
-"""What the own speed says of another vehicle's: it stands, or it travels at some speed.
+"""Closing speed with a prior from the own speed: another vehicle stands, or it travels at some speed.
 
-Most vehicles that we close in on fast stand: at a light, at the end of a queue, at the kerb. The filter's
-belief in a closing speed is one Gaussian and cannot say so. The prior of a vehicle's own speed is a sum of
-three, and what follows from all has a closed form (Alspach & Sorenson 1972). It is taken at readout and not
-fed back: a vehicle that stands may start.
+Most vehicles that we close in on fast are standing: at a light, at the end of a queue, at the kerb. The
+filter's closing speed is one Gaussian and cannot express that. Here the prior of a vehicle's own speed is a
+sum of three Gaussians, and the posterior has a closed form (Alspach & Sorenson 1972). It is used for the
+output only and not fed back to the filter, as a standing vehicle may start.
 """
 
 import math
@@ -14,19 +14,19 @@ from fcw.tracking.range.state import RangeState
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedPrior:
-    """What is believed of a vehicle ahead before it is measured.
+    """Prior of the speed of a vehicle ahead.
 
     Attributes:
-        standing_share: how many of the vehicles seen ahead stand. With more of them a slow lead far ahead is
-            taken for a standing one, and warned of too early.
-        standing_sigma_mps: of what a standing one seems to move: errors of the own speed.
-        oncoming_share: how many of those that travel come towards us. With none of them an oncoming vehicle
+        standing_share: fraction of vehicles that stand. With a larger one, a slow lead far ahead is taken for
+            a standing one, and warned of too early.
+        standing_sigma_mps: 1-sigma of the apparent speed of a standing vehicle, due to errors of ours.
+        oncoming_share: fraction of the moving vehicles that come towards us. With none, an oncoming vehicle
             passes for a standing one until its closing speed is measured to a quarter of its own speed. Few
-            are in our way: of 0.1 and 0.02 the one that brings no false episodes on KITTI tracking, three
-            seeds.
-        travelling_sigma_mps: of the speed of those that travel, about our own, on either side of the road:
-            two sigma are 58 km/h.
-        closing_sigma_mps: of the closing speed where the own speed is unknown.
+            of them are in our way: of 0.1 and 0.02, this is the one without false episodes on KITTI tracking,
+            three seeds.
+        travelling_sigma_mps: 1-sigma of the speed of moving vehicles about ours, in either direction: two
+            sigmas are 58 km/h.
+        closing_sigma_mps: 1-sigma of the closing speed if the own speed is unknown.
     """
 
     standing_share: float = 0.2
@@ -39,15 +39,15 @@ class SpeedPrior:
 def with_own_speed(
     state: RangeState, own_mps: float, prior: SpeedPrior, own_sigma_mps: float = 0.0
 ) -> RangeState:
-    """The state with the closing speed that follows from the own one and the prior.
+    """The state with the closing speed's posterior under the prior.
 
     Args:
-        state: by the filter, whose belief in the closing speed started wide.
+        state: the filter's state, whose closing speed started with a wide prior.
         own_mps: own speed.
         prior: see `SpeedPrior`.
         own_sigma_mps: 1-sigma of the own speed.
     """
-    # The prior is one of closing speeds: what the own speed is off, all of them are.
+    # The prior becomes one of closing speeds, so the error of the own speed is added to each part.
     measured_mps = own_mps - state.closing_speed_mps
     variance = state.closing_speed_sigma_mps**2
     travelling, parts = 1 - prior.standing_share, []
@@ -76,10 +76,10 @@ def with_own_speed(
 
 
 def without_own_speed(state: RangeState, prior: SpeedPrior) -> RangeState:
-    """The state with the closing speed that traffic allows where the own one is unknown.
+    """The state with its closing speed limited to what occurs in traffic, if the own speed is unknown.
 
-    The filter's rate starts at the distance of the first box; of a vehicle that turns out to be farther away
-    it would be many times what anything drives.
+    The filter's relative rate starts with the distance of the first box. For a vehicle that turns out to be
+    much farther away, the closing speed would be many times what any vehicle drives.
     """
     variance, allowed = state.closing_speed_sigma_at_distance_mps**2, prior.closing_sigma_mps**2
     by_distance = max(state.closing_speed_sigma_mps**2 - variance, 0.0)

@@ -1,42 +1,43 @@
-"""The own speed as the tracker takes it: what was given is exact, what the picture tells is smoothed first.
+"""The own speed as used by the tracker: a given one is exact, one estimated from the picture is smoothed.
 
-By how much we became faster goes straight into the closing speed of every vehicle. The picture's speed errs
-by a few per cent, anew every half second (`fcw evaluate motion`): taken as it is, everything ahead would seem
-to brake and to drive off.
+Every change of our speed goes straight into the closing speed of every vehicle. The speed from the picture is
+off by a few per cent, by another amount every half second (`fcw evaluate motion`). Without smoothing, all
+vehicles ahead would seem to brake and to drive off.
 """
 
 import math
 
 ACCELERATION_SIGMA_MPS2 = 2.0
 ACCELERATION_S = 2.0
-"""Own acceleration and how long it lasts (Singer 1970)."""
+"""1-sigma and correlation time of our acceleration (Singer 1970)."""
 ROUNDED_MPS = 0.15
-"""Given speeds come in steps of about 1 km/h: our acceleration is learnt as if they were off by so much."""
+"""1-sigma assumed for given speeds when learning our acceleration, as they may be rounded to 1 km/h."""
 ERRORS_LAST_S = 0.5
-"""Correlation time of the picture's errors: a third is left after half a second on `kitti-odometry-03`."""
+"""Correlation time of the errors from the picture: a third is left after half a second on
+`kitti-odometry-03`."""
 ROUGH_PART, ROUGH_MPS = 0.07, 0.7
-"""A speed with a larger 1-sigma than this part of it, or this, tells no gain: its errors change by more than
-the speed of a car does."""
+"""A speed is rough if its 1-sigma exceeds this fraction of it, and this. Its changes are then not used, as
+its error changes by more than the speed of a car does."""
 HELD_MPS2 = 3.0
-"""While no speed is told the last one is held, and becomes less sure at this rate."""
+"""While no speed is known, the last one is held, and its 1-sigma grows at this rate."""
 HELD_PART = 0.3
-"""It is held until its 1-sigma is this part of it. If it were not held, what it says of other vehicles would
-go at once, and their closing speeds would jump."""
+"""The last speed is held until its 1-sigma is this fraction of it. If it were dropped at once, the closing
+speeds of other vehicles would jump."""
 JUMP_MPS = 3.0
-"""A speed farther off than this and `JUMP_SIGMAS` is another one, and the old or the new one is wrong. About
-the lag of the filter in the hardest braking (10 m/s^2)."""
+"""A speed that differs from the predicted one by more than this and `JUMP_SIGMAS` is a jump: the old or the
+new one is wrong. This is about the lag of the filter in the hardest braking (10 m/s^2)."""
 JUMP_SIGMAS = 3.0
 JUMPED_S = 0.5
-"""Time for which another speed must be told before it is believed."""
+"""How long a jump must last before the new speed is used."""
 
 
 class OwnSpeed:
-    """Own speed and acceleration of one drive: a Kalman filter.
+    """Kalman filter of own speed and acceleration over one drive.
 
     Attributes:
-        speed_mps: None when unknown.
-        sigma_mps: 1-sigma; 0 where it was given.
-        gain_sigma_mps: 1-sigma of by how much we became faster since the frame before; 0 where it was given.
+        speed_mps: own speed; None when unknown.
+        sigma_mps: 1-sigma of the speed; 0 if it was given.
+        gain_sigma_mps: 1-sigma of the change of the speed since the previous frame; 0 if it was given.
     """
 
     def __init__(self) -> None:
@@ -44,31 +45,31 @@ class OwnSpeed:
         self.sigma_mps = self.gain_sigma_mps = 0.0
         self._acceleration_mps2 = 0.0
         self._rough = False
-        """Whether the speed is known roughly."""
+        """Whether the latest speed is rough; see `ROUGH_PART`."""
         self._given = False
         """Whether the latest speed was given."""
         self._jumped_s = 0.0
-        """For how long another speed has been told."""
+        """How long the measured speed has differed by a jump."""
         self._vv = self._va = 0.0
         self._aa = ACCELERATION_SIGMA_MPS2**2
 
     def update(self, dt_s: float, speed_mps: float | None, sigma_mps: float) -> float:
-        """Take the own speed at a frame.
+        """Update with the own speed at a frame.
 
-        A misread picture makes the speed jump. As a gain, the jump would enter the closing speeds of all
-        vehicles; so it is left out until it has lasted, and the filter then starts anew from it. The same
-        holds where a given speed follows the picture's, or the picture's a given one: the difference of their
-        scales is no gain.
+        A misread picture makes the speed jump, and the jump would enter the closing speeds of all vehicles.
+        So it is ignored until it has lasted, and the filter then starts anew from the new speed. The filter
+        also starts anew when a given speed replaces one from the picture or the other way round, as the
+        difference of their scales is no acceleration.
 
         Args:
-            dt_s: since the frame before.
-            speed_mps: None when unknown.
-            sigma_mps: 1-sigma; 0 where it was given.
+            dt_s: time since the previous frame.
+            speed_mps: measured speed; None when unknown.
+            sigma_mps: its 1-sigma; 0 if it was given.
 
         Returns:
-            By how much we became faster since the frame before, in m/s. Where that is unknown, as where the
-            speed is known only roughly, the last acceleration fades out: dropped at once, it would pass for
-            an acceleration of every vehicle.
+            Change of our speed since the previous frame, in m/s. If that is unknown or only roughly known,
+            the last acceleration fades out: dropped at once, it would look like an acceleration of every
+            vehicle.
         """
         before_mps, self.gain_sigma_mps = self.speed_mps, 0.0
         lasting, coasted_mps = math.exp(-dt_s / ACCELERATION_S), self._acceleration_mps2 * dt_s
@@ -100,12 +101,12 @@ class OwnSpeed:
         self._vv, self._va, self._aa = (1 - gain) * vv, (1 - gain) * va, aa - acceleration_gain * va
         self.sigma_mps = math.sqrt(max(self._vv, 0.0))
         if sigma_mps:
-            # By as much as the estimate was mended in this step its error changed.
+            # The error of the estimate changed by as much as this step corrected it.
             self.gain_sigma_mps = math.sqrt(max(vv - self._vv, 0.0))
         return self.speed_mps - before_mps
 
     def _hold(self, dt_s: float) -> None:
-        """Nothing is told: the last speed becomes less sure, and is forgotten."""
+        """Without a measurement, the last speed becomes less certain and is finally forgotten."""
         if self.speed_mps is None:
             return
         self._rough = True
@@ -114,7 +115,7 @@ class OwnSpeed:
             self.speed_mps = None
 
     def _begin(self, speed_mps: float, sigma_mps: float) -> None:
-        """Know this speed and none of before; we became no faster by it."""
+        """Start anew from this speed. The difference to the last one is no acceleration."""
         self.speed_mps, self.sigma_mps = speed_mps, sigma_mps
         self._va = self._jumped_s = 0.0
         self._vv, self._aa = sigma_mps**2, ACCELERATION_SIGMA_MPS2**2

@@ -1,8 +1,8 @@
-"""What a detection's box says about range, and how well: its lower edge and its width.
+"""What a box tells about the distance of its vehicle, and how well: its lower edge and its width.
 
-The lower edge stands on the road and measures distance through the calibration. The width measures
-distance up to the vehicle's own width, and so how the distance changes (Dagan et al. 2004, "Forward
-collision warning with a single camera").
+The lower edge stands on the road and measures distance through the calibration. The width measures distance
+up to the unknown width of the vehicle, and so how the distance changes (Dagan et al. 2004, "Forward collision
+warning with a single camera").
 """
 
 import math
@@ -13,7 +13,7 @@ from fcw.frame import ImageSize
 
 CUT_MARGIN_PX = 2.0
 CUT_MARGIN_SIGMAS = 2.0
-"""An edge this near the picture's border may be the border and not the vehicle's edge."""
+"""An edge of a box this near the picture's border may be the border instead of the vehicle's edge."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,24 +21,24 @@ class BoxNoise:
     """How far the edges of a detector's boxes are off.
 
     Attributes:
-        edge_floor_px: 1-sigma of an edge of the smallest boxes: the grid of windows is no finer.
-        edge_fraction: 1-sigma of an edge as a fraction of the box's height: the detector's windows are a
-            twelfth of a vehicle apart and neighbouring scales differ by as much, uniform errors of 2.5 %
-            each. Together 1.3 px at a height of 20 px and 2.6 px at 60 px.
+        edge_floor_px: 1-sigma of an edge of the smallest boxes, due to the grid of the detector's windows.
+        edge_fraction: 1-sigma of an edge as a fraction of the box's height. The detector's windows are a
+            twelfth of a vehicle apart, and so are neighbouring scales: uniform errors of 2.5 % each. Together
+            with the floor, 1.3 px at a height of 20 px and 2.6 px at 60 px.
         bottom_ratio: sigma of the lower edge over that of the others.
-        free_height: whether the height of a box is measured, as the own detector's regressor does; of windows
-            with an aspect ratio that follows from their row it would say nothing that the width does not.
-        shows_side: whether a box takes in the visible side of a vehicle beside our path: the own detector's
-            are 1.21 times as wide as the rears there on the simulated drive, 1.12 times straight ahead. On
-            the two sets of labels they are 0.98 and 1.01 times as wide as the boxes drawn by hand (medians of
-            86 and 60 hits), so that no more is taken off.
-        at_tyres: whether a box ends where tyres meet the road, ahead of the rear, as people draw boxes and
-            detectors learn to; KITTI's are those of boxes around the vehicles, and end at the rear.
-        width_bias_sigma: 1-sigma of the logarithm by which the detector draws the boxes of all vehicles of a
-            drive too wide; it cannot be averaged away, but near vehicles' rows teach it. The own detector's
-            were 0.98, 1.01 and, on the simulated drive, 1.12 times as wide as drawn by hand or as true: 0.07
-            about one.
-        correlation_s: time over which the errors of one vehicle's boxes stay alike.
+        free_height: whether the height of a box is measured, as by our detector's regressor. If the aspect
+            ratio of windows follows from their row, the height tells no more than the width.
+        shows_side: whether a box includes the visible side of a vehicle beside our path. On the simulated
+            drive, our detector's boxes are 1.21 times as wide as the rears there, and 1.12 times straight
+            ahead. On the two sets of labels they are 0.98 and 1.01 times as wide as boxes drawn by hand
+            (medians of 86 and 60 hits), so that no more is subtracted.
+        at_tyres: whether a box ends where the tyres meet the road, ahead of the rear. People draw boxes like
+            this, and detectors learn it. KITTI's boxes are projected from 3D boxes, and end at the rear.
+        width_bias_sigma: 1-sigma of the log factor by which the detector draws all boxes of a drive too wide.
+            It does not average out, but the lower edges of near vehicles reveal it. Our detector's boxes were
+            0.98, 1.01 and, on the simulated drive, 1.12 times as wide as drawn by hand or as true: 0.07 about
+            one.
+        correlation_s: correlation time of the errors of one vehicle's boxes.
     """
 
     edge_floor_px: float = 1.0
@@ -51,7 +51,7 @@ class BoxNoise:
     width_bias_sigma: float = 0.07
 
     def edge_sigma_px(self, box: Box) -> float:
-        """1-sigma of the row or column of one edge of a box, the lower one aside."""
+        """1-sigma of the row or column of an edge of a box other than the lower one."""
         return math.hypot(self.edge_floor_px, self.edge_fraction * box.h)
 
     def bottom_sigma_px(self, box: Box) -> float:
@@ -63,12 +63,12 @@ class BoxNoise:
         return math.sqrt(2) * self.edge_sigma_px(box) / box.w
 
     def white(self, dt_s: float) -> float:
-        """Factor on the variance of white noise at intervals dt that averages down as slowly as this does."""
+        """Factor on a box's variance so that white noise at intervals `dt_s` averages out as slowly."""
         return max(1.0, 2 * self.correlation_s / dt_s)
 
 
 def measures_row(box: Box, image_size: ImageSize, noise: BoxNoise) -> bool:
-    """Whether the lower edge of the box is the road and not the picture's border."""
+    """Whether the lower edge of the box is on the road, and not the picture's border."""
     margin_px = max(CUT_MARGIN_PX, CUT_MARGIN_SIGMAS * noise.bottom_sigma_px(box))
     return box.bottom < image_size.height - 0.5 - margin_px
 
@@ -80,7 +80,7 @@ def measures_width(box: Box, image_size: ImageSize, noise: BoxNoise) -> bool:
 
 
 def inner_edge_px(box: Box, image_size: ImageSize, noise: BoxNoise) -> float | None:
-    """Column of the vehicle's own side where the picture's border cuts the other one; else None."""
+    """Column of the vehicle's visible side if the picture's border cuts the other one; else None."""
     margin_px = max(CUT_MARGIN_PX, CUT_MARGIN_SIGMAS * noise.edge_sigma_px(box))
     left_cut = box.x <= -0.5 + margin_px
     right_cut = box.right >= image_size.width - 0.5 - margin_px
@@ -90,6 +90,6 @@ def inner_edge_px(box: Box, image_size: ImageSize, noise: BoxNoise) -> float | N
 
 
 def measures_height(box: Box, image_size: ImageSize, noise: BoxNoise) -> bool:
-    """Whether the upper edge of the box is the vehicle's own, and free."""
+    """Whether the upper edge of the box is the vehicle's own, and its height is measured (`free_height`)."""
     margin_px = max(CUT_MARGIN_PX, CUT_MARGIN_SIGMAS * noise.edge_sigma_px(box))
     return noise.free_height and box.y > -0.5 + margin_px

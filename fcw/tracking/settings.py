@@ -1,4 +1,4 @@
-"""What the tracker goes by."""
+"""Settings of the tracker."""
 
 from dataclasses import dataclass, field
 
@@ -17,12 +17,12 @@ class TrackerSettings:
 
     Attributes:
         box_noise: errors of the detector's boxes.
-        model: what the range filter believes of vehicles, camera and road.
+        model: the range filter's model of vehicles, camera and road.
         corridor: the own path.
-        minimum_iou: least overlap of a detection with the box that is predicted for a track.
-        faint_iou: the same for a faint detection. Neither noise nor being a part excuses less.
+        minimum_iou: least overlap of a detection with the predicted box of a track.
+        faint_iou: the same for a faint detection, without allowance for noise or for parts of vehicles.
         maximum_scale_ratio: largest ratio of their widths: above twice the noise of small boxes, below the
-            ratio of a car to the car two places ahead of it.
+            ratio between a car and the second car ahead of it.
         confirm_hits: detections that a track needs to be confirmed. They must also be half of its frames
             (false alarms rarely repeat in place), or `confirm_part` of them.
         confirm_part: a part of its frames that is enough if `confirm_in_a_row` of the detections were in
@@ -30,25 +30,24 @@ class TrackerSettings:
         confirm_in_a_row: see `confirm_part`.
         unconfirmed_s: time for which a track with a clear box is kept without a detection before it is
             confirmed.
-        clear_sigmas: a box is clear if it is this many times as high as the noise of its edges; smaller ones
-            belong to something else too often.
+        clear_sigmas: a box is clear if it is this many times as high as the noise of its edges. Smaller ones
+            are too often no vehicle.
         coast_s: a track without a detection for longer than this ends.
         box_smoothing_s: time constant of the filtered box.
-        padding_sigmas: boxes are widened by this many sigmas of their noise before their overlap is judged:
-            the smallest are as large as their noise.
-        part_hits: detections after which a vehicle is known well enough to tell when only a part of it is
-            boxed.
-        part_s: longest time since its last detection for that, and longest time for which only a part is
-            taken to be boxed.
+        padding_sigmas: boxes are widened by this many sigmas of their noise before their overlap is judged,
+            as the smallest ones are no larger than their noise.
+        part_hits: number of detections after which a vehicle is known well enough to tell when only a part of
+            it is boxed.
+        part_s: longest time since its last detection for that, and longest time for which it may be believed
+            that only a part is boxed.
         new_s: every frame is searched while a vehicle within `aside_m` was first found less than this time
             ago.
-        soon_s: every frame is searched, too, while we would be at the rear of such a vehicle within this
-            time.
+        soon_s: every frame is also searched while such a vehicle would be reached within this time.
         aside_m: largest lateral distance from the camera, for `new_s` and `soon_s`.
-        mount: when a moved mount is said.
-        speed_prior: of other vehicles, where the own speed is known.
+        mount: when a moved mount is reported.
+        speed_prior: prior of other vehicles' speeds.
         following: how vehicles are followed by the picture.
-        belief: when what was found is believed to be a vehicle.
+        belief: when a detected object is believed to be a vehicle.
     """
 
     box_noise: BoxNoise = field(default_factory=BoxNoise)
