@@ -1,8 +1,8 @@
-"""What kind of vehicle a box shows, which says how large it is.
+"""The kind of a vehicle, and so the prior of its size, from its box.
 
-A prior of sizes with several kinds is a sum of Gaussians. The filter holds the likeliest kind only; as its
-estimate of the size is Gaussian, the prior it started from can be taken out of it again, and the evidence
-for every other kind follows in closed form (Alspach & Sorenson 1972, "Nonlinear Bayesian estimation using
+The prior of sizes is a sum of Gaussians, one for each kind. The filter keeps the likeliest kind only. As its
+estimate of the size is Gaussian, the prior that it started from can be removed again, and the evidence for
+every other kind follows in closed form (Alspach & Sorenson 1972, "Nonlinear Bayesian estimation using
 Gaussian sum approximations", with one component kept).
 """
 
@@ -17,12 +17,12 @@ Vector2 = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Swap:
-    """Another kind's prior in the place of the present one.
+    """How to replace the prior of the present kind by that of another one.
 
     Attributes:
         kind: index of the new kind.
         precision: to be added to the precisions of log width and log height; may be negative.
-        information: to be added to precision times mean.
+        information: to be added to their precision times mean.
     """
 
     kind: int
@@ -34,9 +34,9 @@ class SizePrior:
     """The kinds of vehicles a detector finds.
 
     Args:
-        model: with the kinds.
-        with_height: whether the detector measures heights; otherwise widths alone tell the kind.
-        at_tyres: whether a lower edge is an overhang farther away than what is measured.
+        model: has the kinds.
+        with_height: whether the detector measures heights. If not, only the width tells the kind.
+        at_tyres: whether boxes end at the tyres, which are farther away than the rear by an overhang.
     """
 
     def __init__(self, model: RangeModel, with_height: bool, at_tyres: bool) -> None:
@@ -60,9 +60,9 @@ class SizePrior:
         """The likeliest kind of a vehicle just found, and its depth in metres.
 
         Args:
-            by_width: logarithm of the depth of a thing 1 m wide with this box, and its sigma.
-            by_height: the same of a thing 1 m high.
-            row_px: rows of the lower edge below the horizon, and their sigma with that of the pitch.
+            by_width: log depth of an object 1 m wide with this box, and its sigma.
+            by_height: log depth of an object 1 m high with this box, and its sigma.
+            row_px: how far the lower edge is below the horizon, and its sigma including that of the pitch.
             scale_m_px: rows below the horizon times depth.
 
         Raises:
@@ -97,24 +97,24 @@ class SizePrior:
         return best[1], best[2]
 
     def likelier(self, kind: int, mean: Vector2, covariance: tuple[Vector2, Vector2]) -> Swap | None:
-        """Another kind where it is likelier than the present one.
+        """The likeliest kind, as a swap; None if it is the present one.
 
-        There is no hysteresis: a wrong kind misleads all vehicles, by the pitch they have in common.
+        There is no hysteresis, because a wrong kind affects all vehicles through their common pitch.
 
         Args:
-            kind: the present one, whose prior is in the estimate.
+            kind: the present kind, whose prior is part of the estimate.
             mean: estimate of log width and log height.
-            covariance: of the two.
+            covariance: covariance of the estimate.
         """
         (p_w, p_wh), (_, p_h) = covariance
         (now_w, now_h), (size_w, size_h) = self._precisions[kind], self.log_sizes[kind]
         if not self._with_height:
-            # A height never measured is still its prior: nothing was seen of it.
+            # The height was never measured, so its estimate is still the prior.
             p_wh, p_h = 0.0, 1 / now_h
         determinant = p_w * p_h - p_wh**2
         i_w, i_wh, i_h = p_h / determinant, -p_wh / determinant, p_w / determinant
         mean_h = mean[1] if self._with_height else size_h
-        # What was seen, without the prior it started from.
+        # The information from measurements only, without the prior.
         seen_w = i_w * mean[0] + i_wh * mean_h - now_w * size_w
         seen_h = i_wh * mean[0] + i_h * mean_h - now_h * size_h
         evidence = []
@@ -127,7 +127,7 @@ class SizePrior:
             y_w, y_h = seen_w + q_w * m_w, seen_h + q_h * m_h
             d = j_w * j_h - i_wh**2
             if j_w <= 0 or d <= 0:
-                # The estimate has drifted wider than its own prior: there is nothing to swap.
+                # The estimate has become less certain than its own prior, so this prior cannot be swapped in.
                 evidence.append(-math.inf)
                 continue
             fit = (j_h * y_w**2 - 2 * i_wh * y_w * y_h + j_w * y_h**2) / d - q_w * m_w**2 - q_h * m_h**2
@@ -144,5 +144,5 @@ class SizePrior:
 
 
 def _log_normal(residual: float, variance: float) -> float:
-    """Logarithm of a normal density, less a constant."""
+    """Logarithm of a normal density up to a constant."""
     return -0.5 * (residual**2 / variance + math.log(variance))

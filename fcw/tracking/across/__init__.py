@@ -1,1 +1,1 @@
-"""Where a vehicle is across the road, how it moves there, and what its bearing tells of that."""
+"""Lateral position and lateral speed of a vehicle, also from its bearing."""

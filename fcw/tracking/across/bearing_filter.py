@@ -1,8 +1,9 @@
-"""How fast a vehicle's bearing changes: what keeps it and comes nearer is on a collision course.
+"""How fast a vehicle's bearing changes. A vehicle that comes nearer at a constant bearing is on a collision
+course.
 
-A place across the road errs with the distance, and where the vehicle is far aside that looks like a motion;
-its bearing does not hang on it. Modified polar coordinates: Aidala & Hammel 1983, "Utilization of modified
-polar coordinates for bearings-only tracking".
+An error of the distance shifts the lateral position, and for a vehicle far to the side that looks like
+motion. The bearing does not depend on the distance. Modified polar coordinates: Aidala & Hammel 1983,
+"Utilization of modified polar coordinates for bearings-only tracking".
 """
 
 import math
@@ -10,20 +11,20 @@ import math
 from fcw.tracking.across.place_filter import PlaceFilter
 
 ACROSS_SIGMA_MPS = 3.0
-"""1-sigma of how a vehicle just found leaves its bearing, as a speed across its line of sight."""
+"""1-sigma of the speed of a newly found vehicle across the line of sight."""
 JERKINESS_M2PS3 = 0.9
-"""Spectral density of its acceleration across its line of sight. This and the sigma above were taken at once;
-no other values were tried."""
+"""Spectral density of its acceleration across the line of sight. For this and the sigma above, no other
+values were tried."""
 
 
 class BearingFilter(PlaceFilter):
-    """Filter of one vehicle's bearing and of its rate, with our own turning taken out.
+    """Filter of one vehicle's bearing and its rate, without our own turning.
 
     Args:
-        bearing: of its first box, as lateral position over distance, positive to the left.
-        sigma: 1-sigma of that.
-        distance_m: of the vehicle from the camera.
-        turn_radps: our yaw rate, positive to the left; None where it is not known.
+        bearing: bearing of its first box, as lateral position over distance, positive to the left.
+        sigma: 1-sigma of the bearing.
+        distance_m: distance of the vehicle from the camera.
+        turn_radps: our yaw rate, positive to the left; None when unknown.
     """
 
     def __init__(
@@ -38,31 +39,31 @@ class BearingFilter(PlaceFilter):
         return math.sqrt(max(self._rate_variance, 0.0)) * self._distance_m
 
     def across_mps(self, lateral_m: float, closing_mps: float, distance_m: float) -> float | None:
-        """Rate at which it moves to the left as we see it, our turning included; None if that is not known.
+        """Lateral speed to the left as seen by the camera, including our turning; None if that is unknown.
 
-        A vehicle at a constant bearing comes nearer across the road in proportion to how it does along it.
+        At a constant bearing, the lateral position shrinks in proportion to the distance.
 
         Args:
-            lateral_m: its place, positive to the left.
-            closing_mps: rate at which it comes nearer along the road.
-            distance_m: of it from the camera.
+            lateral_m: its lateral position, positive to the left.
+            closing_mps: its closing speed.
+            distance_m: its distance from the camera.
         """
         if self._turn_radps is None:
             return None
         return (self._rate - self._turn_radps) * distance_m - lateral_m * closing_mps / distance_m
 
     def predict(self, dt_s: float, turn_radps: float | None, closing_mps: float, distance_m: float) -> None:
-        """Move on by dt.
+        """Predict the bearing at the next frame.
 
-        Where lateral position and distance change steadily, their ratio changes the faster the nearer the
+        If lateral position and distance change at constant speeds, the bearing changes faster the nearer the
         vehicle is.
 
         Args:
             dt_s: time since the last frame.
-            turn_radps: our yaw rate, positive to the left; None where it is not known. Then the filtered rate
-                contains it: the last known value is put in, and the next known one is taken out.
+            turn_radps: our yaw rate, positive to the left; None when unknown. While it is unknown, the
+                filtered rate includes it: the last known value is added, and the next known one subtracted.
             closing_mps: closing speed of the vehicle.
-            distance_m: of it from the camera.
+            distance_m: its distance from the camera.
         """
         if (turn_radps is None) != (self._turn_radps is None):
             self._rate += (turn_radps or 0.0) - (self._turn_radps or 0.0)

@@ -1,25 +1,26 @@
-"""A place and its rate: a Kalman filter to which a jump is no motion.
+"""A Kalman filter of a position and its rate in which a jump does not count as motion.
 
 The acceleration is white noise (Bar-Shalom, Li & Kirubarajan 2001, section 6.3.2).
 """
 
 JUMP_SIGMAS = 6.0
-"""What is this far from where it was expected has not moved there: another part of it was boxed, or another
-vehicle. Of 3, 4 and 6 chosen by the lateral speed alone, whichever sequence of KITTI tracking was left out
-(`benchmarks/tracking/lateral_gates.py`), before the filter was told how we turn; since then 4 is as good."""
+"""A measurement this far from the prediction is a jump, not motion: another part of the vehicle was boxed, or
+another vehicle. Chosen of 3, 4 and 6 by the lateral speed alone, whichever sequence of KITTI tracking was
+left out (`benchmarks/tracking/lateral_gates.py`), before our turning became an input; since then 4 is as
+good."""
 SETTLING_S = 0.25
-"""In so long the rate of a vehicle just found is learnt; until then what is far off has moved there. Of 0.25,
-0.5 and 1 s chosen likewise."""
+"""Time after which the rate of a new vehicle is settled. Until then, a measurement far off counts as motion.
+Chosen of 0.25, 0.5 and 1 s in the same way."""
 
 
 class PlaceFilter:
-    """A place, its rate, and how well both are known; subclasses say how they go on.
+    """Estimate of a position and its rate with their covariance; subclasses add the prediction.
 
     Args:
-        place: the first one, in any unit.
-        sigma: 1-sigma of it.
-        rate: at which it changes.
-        rate_sigma: 1-sigma of that.
+        place: first position, in any unit.
+        sigma: 1-sigma of the position.
+        rate: first rate.
+        rate_sigma: 1-sigma of the rate.
     """
 
     def __init__(self, place: float, sigma: float, rate: float, rate_sigma: float) -> None:
@@ -27,21 +28,21 @@ class PlaceFilter:
         self._place_variance, self._shared = sigma**2, 0.0
         self._rate_variance = self._first_variance = rate_sigma**2
         self._settled_s = 0.0
-        """For how long the rate has been learnt."""
+        """How long the rate has been estimated."""
         self._jumped = False
 
     @property
     def _settled(self) -> bool:
-        """Whether the rate has been learnt."""
+        """Whether the rate has been estimated for long enough."""
         return self._settled_s >= SETTLING_S
 
     def _widen(self, dt_s: float, density: float, grows: float = 1.0) -> None:
-        """Less is known after dt.
+        """Widen the covariance for a prediction.
 
         Args:
             dt_s: time that has passed.
             density: spectral density of the acceleration.
-            grows: factor by which the rate, and what is wrong with it, has grown meanwhile.
+            grows: factor by which the rate and its error have grown meanwhile.
         """
         self._settled_s += dt_s
         by_rate = 2 * dt_s * self._shared + dt_s**2 * self._rate_variance
@@ -50,13 +51,13 @@ class PlaceFilter:
         self._rate_variance = self._rate_variance * grows**2 + density * dt_s
 
     def displace(self, place: float, sigma: float) -> None:
-        """Take a place, with its 1-sigma, without any motion to it, as where another part is seen."""
+        """Set the position and its 1-sigma; the change is no motion, as when another part is seen."""
         self._place, self._place_variance, self._shared = place, sigma**2, 0.0
 
     def correct(self, place: float, sigma: float) -> None:
-        """Take a measured place and its 1-sigma.
+        """Update with a measured position and its 1-sigma.
 
-        One jump leaves the rate as it is; after two in a row the rate is as uncertain as at first.
+        One jump leaves the rate as it is. After two in a row, the rate is as uncertain as at the start.
         """
         total, off = self._place_variance + sigma**2, place - self._place
         if self._settled and off**2 > JUMP_SIGMAS**2 * total:

@@ -1,1 +1,1 @@
-"""Which boxes are believed to be vehicles."""
+"""Which tracked boxes are believed to be vehicles."""

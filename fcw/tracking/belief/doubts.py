@@ -1,11 +1,13 @@
-"""Which vehicles are believed: what appears from nothing near us must earn it before it may hide another.
+"""Which vehicles are believed. One that appears from nothing near us must earn belief before it may hide
+another.
 
-A vehicle comes into the picture from afar, from its sides, from behind another vehicle, or was there at the
-start. A near box that appears elsewhere is a vehicle that the detector found late, or none: a reflection, the
-own bonnet, a logo, plain road. It is believed once it was seen for a while, sooner if it moves against us;
-and not while it is hardly ever detected, nor while somebody is seen through it, as vehicles are opaque, nor
-where it, or its lower part, stands still in the picture. Until it was well found all this holds for what was
-believed, too: what was there at the start may have been none.
+A real vehicle comes into the picture from afar, from the sides, from behind another vehicle, or was there at
+the start. A near box that appears anywhere else is a vehicle that the detector found late, or no vehicle: a
+reflection, our own bonnet, a logo, plain road. It is believed after it was seen for a while, and sooner if it
+moves relative to us. It is not believed while it is hardly ever detected, while another vehicle is seen
+through it, as vehicles are opaque, or if it or its lower part is stationary in the picture. These rules also
+apply to believed vehicles until they were found well, because a box that was there at the start may be no
+vehicle either.
 """
 
 from collections.abc import Sequence
@@ -20,12 +22,14 @@ from fcw.tracking.followed import Followed
 from fcw.tracking.types import SeenBy
 
 BESIDE_PART = 0.25
-"""What was hidden is found this near beside what hid it, as a part of that one's width."""
+"""A vehicle that was hidden appears within this distance beside the one that hid it, as a fraction of its
+width."""
 FOOT_PART = 1 / 3
-"""The lower part of a box stands still where the road is boxed with our own dashboard, or a picture within a
-picture, in which something moves. Within 25 m of the cameras of 77 strangers' clips it stood still of no
-vehicle, also where their pictures were made dark and compressed hard (a third as bright, crf 40), and of two
-that were none, each of which was the lead nearly all the time. A half would miss one."""
+"""Lower part of a box that must not be stationary in the picture. It is stationary if our own dashboard or a
+picture within the picture is boxed together with moving road. Within 25 m of the cameras of 77 strangers'
+clips, it was stationary for no vehicle, even if the pictures were darkened and strongly compressed (a third
+as bright, crf 40), and for two objects that were no vehicles, each of which was the lead nearly all the time.
+With a half, one of these would be missed."""
 
 
 class Doubts:
@@ -43,22 +47,22 @@ class Doubts:
         self._still_feet = StillPicture(settings.still)
         self._first_ns: int | None = None
         self._since_ns: dict[int, int | None] = {}
-        """By track, since when it earns belief; None where it is believed."""
+        """By track, since when it has been earning belief; None if it is believed."""
         self._lost: list[tuple[int, Box]] = []
-        """Time and place of believed vehicles that are followed no more."""
+        """Time and box of believed vehicles that are no longer tracked."""
         self._places: dict[int, tuple[bool, Box]] = {}
         self._through_ns: dict[tuple[int, int], int] = {}
-        """When the detector found, where one track would hide it, another: by the two of them."""
+        """By a pair of tracks, when the detector last found the second where the first would hide it."""
         self._well_found: set[int] = set()
-        """Vehicles that the detector found for so long that nothing is doubted any more."""
+        """Vehicles that the detector has found for so long that they are no longer doubted."""
 
     def update(self, time_ns: int, followed: Sequence[Followed], image: NDArray[np.uint8] | None) -> None:
-        """Decide of every vehicle whether it is doubtful.
+        """Decide for every vehicle whether it is doubtful.
 
         Args:
-            time_ns: of the frame.
-            followed: the vehicles, as they are now.
-            image: the frame's own; None where there is none.
+            time_ns: time of the frame.
+            followed: the vehicles in their present state.
+            image: the frame's picture; None if there is none.
         """
         if self._first_ns is None:
             self._first_ns = time_ns
@@ -143,7 +147,7 @@ class Doubts:
                     self._through_ns[one.track_id, other.track_id] = time_ns
 
     def _shows_through(self, one: Followed, other: Followed) -> bool:
-        """Whether another vehicle that is believed was just seen where this one would hide it."""
+        """Whether another believed vehicle was just seen where this one would hide it."""
         believed = other.confirmed and self._since_ns[other.track_id] is None
         return believed and (one.track_id, other.track_id) in self._through_ns
 
@@ -159,17 +163,17 @@ class Doubts:
 
 
 def _foot(box: Box, height_px: int) -> Box:
-    """The lower part of a box, as far as the picture shows it."""
+    """The lower part of a box, within the picture."""
     foot_px = FOOT_PART * (min(box.bottom, height_px) - box.y)
     return Box(box.x, min(box.bottom, height_px) - foot_px, box.w, foot_px)
 
 
 def _touch(box: Box, other: Box) -> bool:
-    """Whether a box is at another one, or came out from behind it since the frame before."""
+    """Whether a box touches another one, or came out from behind it since the previous frame."""
     pad_px = BESIDE_PART * other.w
     return shared_area(box, Box(other.x - pad_px, other.y, other.w + 2 * pad_px, other.h)) > 0
 
 
 def _inside(box: Box, other: Box) -> float:
-    """How much of a box is inside another one."""
+    """Fraction of a box that is inside another one."""
     return shared_area(box, other) / (box.w * box.h)

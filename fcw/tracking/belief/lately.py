@@ -1,13 +1,13 @@
-"""How often the detector found a vehicle of late."""
+"""How often the detector found a vehicle recently."""
 
 import math
 
 
 class Lately:
-    """Frames in which a vehicle was found and missed; old ones count less and less.
+    """Counts the frames in which a vehicle was found and missed, with exponentially fading weights.
 
     Args:
-        time_constant_s: after so long a frame counts 1/e.
+        time_constant_s: time after which a frame's weight has dropped to 1/e.
     """
 
     def __init__(self, time_constant_s: float) -> None:
@@ -15,17 +15,17 @@ class Lately:
         self._found, self._missed = 1.0, 0.0
 
     def miss(self, passed_s: float) -> None:
-        """Count a frame as missed until `find` says otherwise; `passed_s` since the frame before."""
+        """Count a frame as missed, until `find` corrects it; `passed_s` is since the previous frame."""
         fading = math.exp(-passed_s / self._time_constant_s)
         self._found *= fading
         self._missed = fading * self._missed + 1
 
     def find(self, faint: bool) -> None:
-        """The vehicle was found in the last frame; a faint box counts as neither found nor missed."""
+        """Count the last frame as found. If the box was faint, it counts as neither found nor missed."""
         self._missed -= 1
         self._found += not faint
 
     @property
     def part(self) -> float:
-        """The part of the recent frames in which it was found, from 0 to 1."""
+        """Fraction of the recent frames in which it was found, from 0 to 1."""
         return self._found / (self._found + self._missed)

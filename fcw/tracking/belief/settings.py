@@ -9,28 +9,30 @@ from fcw.tracking.belief.still_picture import StillPictureSettings
 class BeliefSettings:
     """When a vehicle is believed.
 
-    Chosen and tried on the simulated threats and KITTI tracking 0000 to 0010; nothing was left out.
+    Chosen and tried on the simulated threats and KITTI tracking 0000 to 0010; no drive was left out.
 
     Attributes:
-        far_m: beyond this distance vehicles appear from nothing all the time, and hide nobody.
-        side_part: a box this near to the left or right edge of the picture, as a part of the picture's width,
-            came from there.
+        far_m: beyond this distance vehicles appear from nothing all the time, but hide no other one.
+        side_part: a box this near to the left or right edge of the picture, as a fraction of the picture's
+            width, came in from there.
         start_s: a vehicle seen this soon after the first frame was there before.
-        earned_s: what appeared near us is believed after this time if it comes nearer or moves away.
-        earned_surely_s: the same if it does so by `surely_sigmas` of the closing speed: a reflection does not
-            grow.
-        earned_still_s: the same if it does neither: no vehicle gets there without having moved.
-        filling_part: a box wider than this part of the picture is not believed at all while it is: a vehicle
-            that fills the picture was seen before it did. At night the whole road was boxed for five seconds,
-            and seemed to move. Not tuned.
-        earned_part: belief is earned only while the detector finds it in at least this part of its frames,
-            the part that confirms a track (not tuned): plain road that is boxed now and then, and carried,
-            seems to move, too.
-        kept_part: what was believed is doubted again when the detector finds it in a smaller part of its
-            frames. A vehicle that is half hidden in single pictures is found in a third of them (card of the
-            net).
-        lately_s: time constant of the last two parts: a vehicle found in every frame is no less believed for
-            having been far, and rarely found, before. As long as `earned_still_s`; not tuned.
+        earned_s: a vehicle that appeared near us is believed after this time if it comes nearer or moves
+            away.
+        earned_surely_s: the same if it does so by `surely_sigmas` of the closing speed, as a reflection does
+            not grow.
+        earned_still_s: the same if it does neither. This is long, because no vehicle gets there without
+            moving.
+        filling_part: a box that covers more than this fraction of the picture's width cannot earn belief. A
+            vehicle that fills the picture was seen before it did. At night, the whole road was once boxed for
+            five seconds, and seemed to move. Not tuned.
+        earned_part: belief is earned only while the detector finds the vehicle in at least this fraction of
+            its frames, the same as for confirming a track (not tuned). Plain road that is boxed now and then,
+            and carried, seems to move, too.
+        kept_part: a believed vehicle is doubted again if the detector finds it in a smaller fraction of its
+            frames. Half-hidden vehicles are found in a third of single pictures (card of the net).
+        lately_s: time constant of the last two fractions, so that a vehicle that is found in every frame now
+            is not doubted for having been far away, and rarely found, before. The same as `earned_still_s`;
+            not tuned.
         well_found_s: a vehicle that was found for this long, and in `well_found_part` of its frames, is no
             longer doubted for how often it is found.
         well_found_part: see `well_found_s`.
@@ -42,9 +44,9 @@ class BeliefSettings:
             `through_s`: with this part of its own box inside, and `through_ratio` times as far away.
         through_ratio: see `through_part`.
         through_s: see `through_part`.
-        remembered_s: time for which the place of a believed vehicle that was lost is kept; what is found
-            there is believed.
-        still: when something stands still in the picture.
+        remembered_s: time for which the place of a lost believed vehicle is remembered. A new vehicle there
+            is believed at once.
+        still: when something counts as stationary in the picture.
     """
 
     far_m: float = 25.0

@@ -1,16 +1,16 @@
-"""What stands still in the picture while the road moves: own bonnet, a logo, a clock, a crack, a reflection.
+"""What is stationary in the picture while the road moves: our bonnet, a logo, a clock, a crack, a reflection.
 
-Whatever belongs to the camera or the windscreen shows the same pixels in the same place all the time. A
-vehicle does not, even at a constant gap: our own pitching and swaying moves it by a pixel or more. But it may
-be back a second later, and most pixels of a small, even one are the same a pixel aside. So a place is looked
-at several times a second, and for how far it has moved too.
+Anything that belongs to the camera or the windscreen shows the same pixels in the same place all the time. A
+vehicle does not, even at a constant gap, because our own pitching and swaying moves it by a pixel or more.
+But it may be back in the same place a second later, and most pixels of a small, uniform one stay the same if
+it moves by a pixel. So a place is compared several times a second, and its motion is measured too.
 
-Measured in the first two seconds of places, at five looks a second: on vehicles of eight real clips the least
-correlation was never above 0.8; a second later it was up to 0.98. On the shipped simulated drive, whose road
-is smooth, it was up to 0.98, and then the vehicle had moved by 0.65 px or more at one of the looks. On the
-bonnets of two dash cameras 21 to 62 % of such times had more than 0.95 and less than 0.5 px, which is enough:
-what was learned once is kept. The 0.5 px were chosen on that drive and these two bonnets; the real clips'
-vehicles are told apart without them.
+Measured over the first two seconds, five times a second. For vehicles in eight real clips, the least
+correlation was never above 0.8; compared only a second later, it was up to 0.98. On the shipped simulated
+drive, whose road is smooth, it was up to 0.98, but then the vehicle had moved by 0.65 px or more at one of
+the looks. For the bonnets of two dash cameras, 21 to 62 % of such periods had more than 0.95 and less than
+0.5 px. That is enough, because a place that was learned once is kept. The 0.5 px were chosen on that drive
+and these two bonnets; the vehicles in the real clips are distinguished without them.
 """
 
 from dataclasses import dataclass, replace
@@ -24,27 +24,27 @@ Picture = NDArray[np.uint8]
 Sample = NDArray[np.float32]
 
 SAMPLES = 24
-"""A place is compared on so many columns and rows of single pixels: a mean of several would hide the
+"""Number of columns and rows of single pixels on which a place is compared. Averaged pixels would hide
 motion."""
 SCENE_ROWS = 0.3, 0.75
-"""Where the road and its surroundings are, as parts of the picture's height."""
+"""First and last row of the road and its surroundings, as fractions of the picture's height."""
 SMALLEST_PX = 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillPictureSettings:
-    """When a place in the picture is taken to belong to the camera.
+    """When a place in the picture counts as part of the camera or the windscreen.
 
     Attributes:
-        looked_s: time between two looks at a place.
+        looked_s: time between two comparisons of a place.
         likeness: correlation from which the place looks the same, unless it has moved by `moved_px`.
         moved_px: see `likeness`.
-        counted_s: looking the same counts when it has lasted for this time, in which the picture moved.
+        counted_s: looking the same counts once it has lasted for this time, if the scene moved meanwhile.
         times: how often in a row it must count.
-        scene_likeness: the picture has moved if the whole of it correlates less than this.
-        learned_likeness: correlation with a learned place from which a new box there is the same thing.
-        same_place: overlap of such a box with the learned place (intersection over union).
-        most: the most places that are kept, the latest ones.
+        scene_likeness: the scene has moved if the picture as a whole correlates less than this.
+        learned_likeness: correlation with a learned place from which a new box there is the same object.
+        same_place: least IoU of such a box with the learned place.
+        most: the largest number of places that are kept; the latest ones are.
     """
 
     looked_s: float = 0.2
@@ -60,14 +60,14 @@ class StillPictureSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Place:
-    """A place in the picture as it looked when it was first watched.
+    """A place in the picture, and how it looked when it was first watched.
 
     Attributes:
-        box: where.
-        looks: of it.
-        looked_ns: when it was last the same.
-        scene: the whole picture when that last counted.
-        counted_ns: see `scene`.
+        box: the place.
+        looks: its pixels at that time.
+        looked_ns: when it last looked the same.
+        scene: the scene when looking the same last counted.
+        counted_ns: the time of `scene`.
         times: how often it has counted.
     """
 
@@ -80,7 +80,7 @@ class _Place:
 
 
 class StillPicture:
-    """Learns over seconds which boxes stand still in the picture.
+    """Learns over seconds which boxes are stationary in the picture.
 
     Args:
         settings: see `StillPictureSettings`.
@@ -92,15 +92,15 @@ class StillPicture:
         self._learned: list[_Place] = []
 
     def update(self, time_ns: int, image: Picture, boxes: dict[int, Box]) -> set[int]:
-        """Take one picture with the boxes in it.
+        """Update with a picture and the boxes in it.
 
         Args:
-            time_ns: of the picture.
+            time_ns: time of the picture.
             image: (height, width, 3).
-            boxes: by the number of their track.
+            boxes: boxes by track id.
 
         Returns:
-            The numbers of those that belong to the camera.
+            The ids of those that are stationary.
         """
         settings = self._settings
         self._watched = {number: place for number, place in self._watched.items() if number in boxes}
@@ -124,7 +124,7 @@ class StillPicture:
     def _looked_at(
         self, time_ns: int, image: Picture, scene: Sample, box: Box, place: _Place | None
     ) -> _Place | None:
-        """What is remembered of a place from now on; None where the box is too small for it."""
+        """The place to remember from now on; None if the box is too small."""
         settings = self._settings
         if place is not None and self._is_same(image, place):
             if time_ns - place.counted_ns < settings.counted_s * 1e9:
@@ -156,8 +156,7 @@ class StillPicture:
 
 
 def _looks(image: Picture, box: Box, right_px: int = 0, down_px: int = 0) -> Sample | None:
-    """Single pixels of the green channel on a grid over a box, or this far beside it; None where too little
-    of it is in the picture."""
+    """Single green pixels on a grid over a box, shifted if asked; None if too little is in the picture."""
     height, width = image.shape[:2]
     left, top = max(int(box.x), 1), max(int(box.y), 1)
     right, bottom = min(int(box.right), width - 1), min(int(box.bottom), height - 1)
@@ -170,18 +169,18 @@ def _looks(image: Picture, box: Box, right_px: int = 0, down_px: int = 0) -> Sam
 
 
 def _moved_px(image: Picture, box: Box, changed: Sample) -> float:
-    """How far a place that looks nearly as before has moved, by one step of Lucas & Kanade 1981."""
+    """How far a place that looks nearly the same has moved, by one step of Lucas & Kanade 1981."""
     beside = (_looks(image, box, *aside) for aside in ((1, 0), (-1, 0), (0, 1), (0, -1)))
     right, left, below, above = (one.ravel() for one in beside if one is not None)
     slopes = np.stack([right - left, below - above]) / 2
     slopes -= slopes.mean(axis=1, keepdims=True)
-    # Where all edges run one way, the shortest of the motions that fit.
+    # If all edges have one direction, several motions fit; this gives the shortest.
     moved = np.linalg.lstsq(slopes @ slopes.T, slopes @ np.ravel(changed), rcond=None)[0]
     return float(np.hypot(*moved))
 
 
 def _scene(image: Picture) -> Sample:
-    """The same over road and surroundings."""
+    """Single pixels on a grid over the road and its surroundings."""
     height, width = image.shape[:2]
     first, last = (int(part * height) for part in SCENE_ROWS)
     sample = _looks(image, Box(0, first, width, last - first))
@@ -189,7 +188,7 @@ def _scene(image: Picture) -> Sample:
 
 
 def _likeness(a: Sample, b: Sample) -> float:
-    """Correlation; 0 where one of them is all of one brightness, which looks like anything."""
+    """Correlation; 0 if one of them is uniform, as that would match anything."""
     if a.shape != b.shape:
         return 0.0
     a, b = a - a.mean(), b - b.mean()

@@ -1,1 +1,2 @@
-"""Following vehicles by their looks: where a patch of one picture is in the next, and how it has grown."""
+"""Following vehicles by their looks: finding an image patch in the next picture, and how much it has
+grown."""

@@ -1,7 +1,7 @@
-"""One vehicle followed by its looks, and when it is lost.
+"""Follows one vehicle by its looks, and decides when it is lost.
 
-Its patch is compared with the one remembered, not with that of the frame before: errors do not add up while
-it looks the same. A new one is remembered where the vehicle has grown or turned too much for the old one.
+The picture is compared with a stored patch, not with the previous frame, so that errors do not add up. A new
+patch is stored when the vehicle has grown or turned too much for the old one.
 """
 
 import math
@@ -26,28 +26,29 @@ class FollowingSettings:
     """How vehicles are followed by the picture, and how long without the detector.
 
     Attributes:
-        most: the most vehicles that are followed, the nearest ones; it bounds the time of a frame.
-        least_share: the smallest part of the points in the picture that must agree on one motion.
-        least_share_alike: the same if the patch as a whole was found: the background in it may have moved on.
-        few_points: if the corners are not found, a patch with fewer of them than this is searched as a whole:
-            a vehicle far away or in the dark has few. 9, 12 and 16 gave the same gaps on each of four clips.
-        renewed_left: the looks are remembered anew when a smaller part of all points than this is left.
-        renewed_ratio: so they are when the vehicle has become this many times larger or smaller.
-        renewed_s: so they are after this time while the detector sees it: its box says what belongs to the
-            vehicle.
-        least_likeness: correlation with the looks at the last detection, below which something else is
-            followed. They are compared every `compared_s` while the vehicle is carried.
-        pitch_rad: largest pitch, with bumps, by which the lower edge may be off the road.
-        uneven: largest part of its height by which it may be off in addition.
+        most: the largest number of vehicles that are followed, the nearest ones. It bounds the time per
+            frame.
+        least_share: the least fraction of the points in the picture that must agree on one motion.
+        least_share_alike: the same if the patch as a whole was found, as the background in it may have moved.
+        few_points: a patch with fewer corners than this may be found by its correlation alone. A vehicle far
+            away or in the dark has few corners. 9, 12 and 16 gave the same gaps on each of four clips.
+        renewed_left: a new patch is stored when a smaller fraction of the points than this is left.
+        renewed_ratio: a new patch is stored when the vehicle has become larger or smaller by this factor.
+        renewed_s: a new patch is stored after this time while the detector sees the vehicle, because the
+            detector's box tells which pixels are the vehicle's.
+        least_likeness: correlation with the patch at the last detection below which something else is being
+            followed. It is checked every `compared_s` while the vehicle is carried.
+        pitch_rad: largest error of the lower edge due to pitch and bumps.
+        uneven: largest additional error of the lower edge, as a fraction of the box's height.
         compared_s: see `least_likeness`.
-        regained_likeness: correlation from which a vehicle that was lost is followed again.
-        still_rad: what is carried for `still_s` and moves by less than this in the picture is not on the
-            road, but a reflection in the windscreen, or dirt. Every car nods and sways more: on seven clips
-            vehicles moved by at least 1.6 mrad within a second, a reflection by 1.0.
+        regained_likeness: correlation from which a lost vehicle is followed again.
+        still_rad: a patch that is carried for `still_s` and moves by less than this in the picture is not on
+            the road, but a reflection or dirt on the windscreen. Every car pitches and sways more: on seven
+            clips vehicles moved by at least 1.6 mrad within a second, a reflection by 1.0.
         still_s: see `still_rad`.
-        driving_mps: least own speed for `still_rad`; a lead that we stand behind stands still.
-        floor_sigma: 1-sigma of the logarithm of the growth, in addition to the scatter of the points.
-        credit: the longest time for which a vehicle is carried, in times for which the detector saw it.
+        driving_mps: least own speed for `still_rad`, as a lead is stationary while we stand behind it.
+        floor_sigma: 1-sigma of the log growth, in addition to the scatter of the points.
+        credit: a vehicle is carried for at most this many times as long as the detector saw it.
         longest_s: the longest time for which any vehicle is carried.
     """
 
@@ -76,8 +77,8 @@ class Moved(NamedTuple):
 
     Attributes:
         box: its box in the new picture.
-        log_growth: logarithm of its size over that when its looks were remembered.
-        sigma: 1-sigma of that; inf where it was found as large as expected, by too few corners to tell.
+        log_growth: logarithm of its size over its size when its patch was stored.
+        sigma: 1-sigma of `log_growth`; inf if the patch had too few corners to measure it.
     """
 
     box: Box
@@ -102,12 +103,12 @@ class Follower:
         self._left = 1.0
 
     def follow(self, image: Picture, before: Box, predicted: Box) -> Moved | None:
-        """Find it in the next picture; None where it is not seen there, or nothing is remembered.
+        """Find it in the next picture; None if it is not seen there, or no patch is stored.
 
         Args:
             image: (height, width, 3) BGR.
-            before: its box in the picture before.
-            predicted: and where it is expected in this one.
+            before: its box in the previous picture.
+            predicted: its predicted box in this picture.
         """
         anchored = self._anchor_pose.moved(before, predicted)
         if self._patch is None:
@@ -128,7 +129,7 @@ class Follower:
         return Moved(box, math.log(self._pose.zoom / self._patch.pose.zoom), sigma)
 
     def _find(self, image: Picture, patch: Patch, expected: Pose) -> Found | Pose | None:
-        """Where it is and how it has grown; its place alone where its corners are too few for that."""
+        """Where it is and how it has grown; only where it is if there are too few corners."""
         found = find_patch(image, patch, expected)
         if found is not None and found.share >= self._settings.least_share:
             return found
@@ -141,17 +142,17 @@ class Follower:
         return jumped if len(patch.points) < self._settings.few_points else None
 
     def forget(self) -> None:
-        """Forget its looks, so that it is followed no more."""
+        """Forget the patch, so that the vehicle is no longer followed."""
         self._patch = None
 
     def remember(self, image: Picture, box: Box, time_ns: int, detected: bool) -> bool:
-        """Take its looks from this picture where the old ones no longer serve; returns whether it did.
+        """Store a new patch if the old one is no longer good; returns whether it did.
 
         Args:
             image: the picture into which it was last followed.
             box: its box there.
-            time_ns: of the picture.
-            detected: whether the detector saw it, so that the box is not carried.
+            time_ns: time of the picture.
+            detected: whether the detector found it there, so that the box was not carried.
         """
         settings, patch = self._settings, self._patch
         due = patch is None or self._is_due(patch, time_ns, detected)
@@ -183,7 +184,7 @@ class Follower:
         )
 
     def _is_alike(self, image: Picture, least: float) -> bool:
-        """Whether it looks as it did when the detector last saw it, as far as that is in the picture."""
+        """Whether it still looks as it did when the detector last saw it, as far as it is in the picture."""
         if self._anchor is None:
             return False
         alike = likeness(image, self._anchor, self._anchor_pose)

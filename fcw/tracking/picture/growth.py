@@ -1,8 +1,8 @@
-"""How a set of points has moved and grown, when some of them have been followed wrongly.
+"""Shift and growth of a set of points, some of which were tracked wrongly.
 
-Points of a flat rear move by a shift and a scale. Two points give both; of many pairs the one that most
-points agree with is taken (Fischler & Bolles 1981), and refined by least squares over those that agree, whose
-scatter says how well the scale is known.
+The points of a flat rear move by a shift and a scale. Two points determine both. Of many pairs, the one that
+most points agree with is taken (Fischler & Bolles 1981) and refined by least squares over the points that
+agree. Their scatter tells how well the scale is known.
 """
 
 import math
@@ -23,10 +23,10 @@ class Growth:
     """after = scale * before + shift, points as complex numbers x + iy.
 
     Attributes:
-        scale: 1 is no change.
-        shift: of a point at the origin.
-        log_scale_sigma: 1-sigma of the logarithm of the scale, by the scatter of the points that agree.
-        agree: how many points do.
+        scale: factor of growth.
+        shift: shift of the origin.
+        log_scale_sigma: 1-sigma of the log scale, from the scatter of the points that agree.
+        agree: number of points that agree.
     """
 
     scale: float
@@ -36,12 +36,12 @@ class Growth:
 
 
 def fit_growth(before: Points, after: Points, tolerance_px: float) -> Growth | None:
-    """The shift and scale most points agree on; None where fewer than six do.
+    """The shift and scale that most points agree on; None if fewer than `FEWEST_POINTS` do.
 
     Args:
         before: (N,) points x + iy.
-        after: (N,) where they went.
-        tolerance_px: a point agrees when it is not farther off than this.
+        after: (N,) the same points after the motion.
+        tolerance_px: a point agrees if it is off by no more than this.
     """
     if len(before) < FEWEST_POINTS:
         return None
@@ -58,9 +58,10 @@ def fit_growth(before: Points, after: Points, tolerance_px: float) -> Growth | N
 
 @kernel()
 def _of_most_pairs(before: Points, after: Points, tolerance_px: float) -> tuple[float, complex]:
-    """The scale and shift of the pair that most points agree with; every point is paired with three others.
+    """The scale and shift of the pair with the least total error; every point is paired with three others.
 
-    By the sum of what is off, up to the tolerance: among pairs with as many points the closer one wins.
+    The error of a point counts up to the tolerance. So among pairs that as many points agree with, the
+    closest fit wins.
     """
     count = len(before)
     least, best_scale, best_shift = np.inf, 1.0, 0j
@@ -83,10 +84,11 @@ def _of_most_pairs(before: Points, after: Points, tolerance_px: float) -> tuple[
 def _least_squares(
     before: Points, after: Points, tolerance_px: float, scale: float, shift: complex
 ) -> tuple[int, float, complex, float, float]:
-    """The best scale and shift of the points that agree with these: how many they are, both, and two sums.
+    """Least squares over the points that agree with a scale and shift.
 
-    The sums are of the squares of what is left between them, and of their distances from their middle. The
-    scale is 0 where it cannot be told.
+    Returns:
+        Number of points that agree, scale, shift, sum of squared residuals, and sum of the squared distances
+        of the points from their mean. The scale is 0 if it cannot be determined.
     """
     agree = np.empty(len(before), np.bool_)
     count, middle, middle_after = 0, 0j, 0j

@@ -1,10 +1,9 @@
-"""A patch of a picture, small and grey, and where it is in a later one.
+"""A small grey patch of a picture, and how to find it in a later picture.
 
-Every patch is brought to about the same small size, so that a vehicle costs the same whether it is far away
-or fills the picture, and its light is normalised, so that a shadow over all of it changes nothing. Its
-corners are followed by pyramidal Lucas-Kanade (Bouguet 2000) forward and back; those that do not come back
-are lost (Kalal, Mikolajczyk & Matas 2010, "Forward-backward error: automatic detection of tracking
-failures").
+Every patch is scaled to about the same small size, so that a vehicle costs the same whether it is far away or
+fills the picture. Its brightness is normalised, so that a shadow over all of it changes nothing. Its corners
+are tracked by pyramidal Lucas-Kanade (Bouguet 2000) forward and back, and those that do not come back are
+dropped (Kalal, Mikolajczyk & Matas 2010, "Forward-backward error: automatic detection of tracking failures").
 """
 
 import math
@@ -22,41 +21,46 @@ from fcw.tracking.picture.growth import Growth, fit_growth
 
 Picture = NDArray[np.uint8]
 _1, _2 = np.uint64(1), np.uint64(2)
-"""Unsigned: signed indices are checked for being negative."""
+"""Unsigned, because numba checks signed indices for being negative."""
 Region = tuple[int, int, int, int]
 """Left, top, right and bottom in a patch's pixels."""
 
 PATCH_WIDTH, PATCH_HEIGHT = 72, 60
-"""Of a patch, in its own pixels."""
+"""Size of a patch in its own pixels."""
 BOX_WIDTH, BOX_HEIGHT = 48.0, 40.0
-"""A vehicle's box is at most so large in it; the rest is room for the windows of points and for motion."""
+"""Largest size of a vehicle's box in a patch. The margin leaves room for the points' windows and for
+motion."""
 FINEST_ZOOM = 1.0
-"""Small vehicles are not enlarged: there is nothing more to see."""
+"""Small vehicles are not enlarged, which would show nothing more."""
 POINT_COUNT = 28
 POINT_APART_PX = 4.0
 CORNER_QUALITY = 0.02
-"""A corner is at least this strong, as a part of the strongest."""
+"""Least strength of a corner, as a fraction of the strongest."""
 INSET = 0.04
-"""Points are so far inside the box, as a part of its width and height: its edge may be background."""
+"""Points keep this distance from the edges of the box, as a fraction of its size, as the edges may be
+background."""
 FINE_ZOOM = 2.5
-"""Beyond it a pixel is the mean of four samples: bilinear ones alone would leave out parts of the picture."""
+"""Beyond this zoom a pixel is the mean of four samples; single bilinear samples would skip parts of the
+picture."""
 WINDOW_PX = 9
+"""Side of the window around each point in Lucas-Kanade."""
 NARROWEST_PX = 5
-"""A part of a patch that is narrower is not compared."""
+"""Parts of a patch that are narrower than this are not compared."""
 SEARCH_PX = 16
-"""A patch is searched so far around where it was expected."""
+"""How far around its expected place a patch is searched, in its own pixels."""
 LEAST_MATCH = 0.7
-"""Correlation from which it counts as found there."""
+"""Correlation from which a searched patch counts as found."""
 LEVELS = 2
+"""Highest pyramid level of Lucas-Kanade."""
 RETURN_PX = 0.7
-"""A point that does not come back this near, followed forward and back, is lost."""
+"""A point that is tracked forward and back must return this near to where it began."""
 AGREE_PX = 1.2
-"""A point off the common motion by more is background, a reflection or an error."""
+"""A point that deviates from the common motion by more than this is background, a reflection or an error."""
 CRITERIA = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 0.03)
 MIDDLE_GREY, CONTRAST = 128.0, 48.0
 """Mean and standard deviation of a normalised patch."""
 LEAST_CONTRAST = 2.0
-"""A patch with a smaller standard deviation has no looks: night, glare, the sky."""
+"""A patch with a smaller standard deviation shows nothing: night, glare, the sky."""
 
 
 class Pose(NamedTuple):
@@ -76,7 +80,7 @@ class Pose(NamedTuple):
         )
 
     def carried(self, box: Box, to: "Pose") -> Box:
-        """The box that lies to the other pose as `box` lies to this one."""
+        """The box that is placed relative to the other pose as `box` is to this one."""
         growth = to.zoom / self.zoom
         return Box(
             to.x + (box.x - self.x) * growth, to.y + (box.y - self.y) * growth, box.w * growth, box.h * growth
@@ -85,14 +89,14 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """What is remembered of a vehicle's looks.
+    """A stored patch of a vehicle.
 
     Attributes:
         grey: (PATCH_HEIGHT, PATCH_WIDTH) normalised.
         pose: where it was taken.
-        inside: its part that shows the vehicle.
-        points: (N, 1, 2) float32, corners in it, at least one; of a small vehicle there may be too few to
-            tell its growth.
+        inside: the part of it that shows the vehicle.
+        points: (N, 1, 2) float32, its corners, at least one. A small vehicle may have too few to measure
+            growth.
     """
 
     grey: Picture
@@ -102,11 +106,11 @@ class Patch:
 
 
 def take_patch(image: Picture, box: Box) -> Patch | None:
-    """The looks of what is in the box; None where there is too little to see.
+    """Take a patch of what is in a box; None if there is too little to see.
 
     Args:
         image: (height, width, 3) BGR.
-        box: may go beyond the picture; what of it is inside fills the patch.
+        box: the box; only its part inside the picture is used.
     """
     seen = _in_picture(image, box)
     zoom = max(seen.w / BOX_WIDTH, seen.h / BOX_HEIGHT, FINEST_ZOOM)
@@ -135,9 +139,9 @@ class Found(NamedTuple):
     """A patch found again.
 
     Attributes:
-        pose: where it is now.
-        growth: against the pose where it was expected, in the patch's pixels.
-        share: part of the points still in the picture that agree on it.
+        pose: its new pose.
+        growth: shift and growth relative to the expected pose, in the patch's pixels.
+        share: fraction of the points still in the picture that agree on `growth`.
     """
 
     pose: Pose
@@ -146,12 +150,12 @@ class Found(NamedTuple):
 
 
 def find_patch(image: Picture, patch: Patch, expected: Pose) -> Found | None:
-    """Where a patch is in a later picture, near where it is expected; None where it is not seen.
+    """Find a patch in a later picture near its expected pose, by its corners; None if it is not seen.
 
     Args:
         image: (height, width, 3) BGR.
-        patch: its looks.
-        expected: about where; it may be off by a quarter of the patch.
+        patch: the patch.
+        expected: its expected pose; may be off by a quarter of the patch.
     """
     height, width = image.shape[:2]
     grey = _sample(image, expected, patch.inside)
@@ -180,9 +184,9 @@ def find_patch(image: Picture, patch: Patch, expected: Pose) -> Found | None:
 
 
 def search_patch(image: Picture, patch: Patch, expected: Pose) -> Pose | None:
-    """Where a patch has jumped to, as large as expected; None where nothing there looks like it.
+    """Find a patch of the expected size by correlation in a larger area; None if nothing there looks like it.
 
-    A bump moves all that is in the picture by more than corners can be followed.
+    This is for bumps, which shift the whole picture by more than corners can be tracked.
     """
     left, top, right, bottom = patch.inside
     room, zoom = SEARCH_PX, expected.zoom
@@ -201,9 +205,9 @@ def search_patch(image: Picture, patch: Patch, expected: Pose) -> Pose | None:
 
 
 def likeness(image: Picture, patch: Patch, pose: Pose) -> float | None:
-    """Normalised correlation of a patch with the picture at a pose, over what is in the picture: -1 to 1.
+    """Normalised correlation, -1 to 1, of a patch with the picture at a pose, as far as it is in the picture.
 
-    None where too little of it is in the picture to tell.
+    None if too little of it is in the picture.
     """
     height, width = image.shape[:2]
     left, top, right, bottom = patch.inside
@@ -223,7 +227,7 @@ def likeness(image: Picture, patch: Patch, pose: Pose) -> float | None:
 def _flow(
     before: Picture, after: Picture, points: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Where points of one patch are in the other, (N, 1, 2), and which of them are found."""
+    """Positions of one patch's points in another, (N, 1, 2), and which of them were found."""
     moved, status, _ = cv2.calcOpticalFlowPyrLK(
         before,
         after,
@@ -246,7 +250,9 @@ def _came_back(
     bounds: tuple[float, float, float, float],
     pairs: NDArray[np.complex128],
 ) -> tuple[int, int]:
-    """Points that were followed there and back, (N, 1, 2) each, into the rows of `pairs`: before, after.
+    """Write the points that were tracked there and back into the rows of `pairs`: before, after.
+
+    Points are (N, 1, 2) each.
 
     Returns:
         How many points are inside the bounds (left, right, top, bottom), and how many of them came back.
@@ -267,7 +273,7 @@ def _came_back(
 
 
 def _in_picture(image: Picture, box: Box) -> Box:
-    """What of a box is in the picture, its outermost parts aside."""
+    """The part of a box that is in the picture, without a margin of `INSET`."""
     height, width = image.shape[:2]
     inset_x, inset_y = INSET * box.w, INSET * box.h
     left, top = max(box.x + inset_x, 0.0), max(box.y + inset_y, 0.0)
@@ -276,7 +282,7 @@ def _in_picture(image: Picture, box: Box) -> Box:
 
 
 def _inside(seen: Box, pose: Pose) -> Region:
-    """The part of a patch that shows a box; nothing where that has no width or height."""
+    """The part of a patch that shows a box; empty if that has no width or height."""
     return (
         max(int(np.ceil((seen.x - pose.x) / pose.zoom)), 0),
         max(int(np.ceil((seen.y - pose.y) / pose.zoom)), 0),
@@ -288,7 +294,7 @@ def _inside(seen: Box, pose: Pose) -> Region:
 def _sample(
     image: Picture, pose: Pose, inside: Region, size: tuple[int, int] = (PATCH_WIDTH, PATCH_HEIGHT)
 ) -> Picture | None:
-    """The picture at a pose, grey, with mean and contrast of its inside normalised; None without contrast."""
+    """The picture at a pose in grey, normalised by mean and contrast of `inside`; None without contrast."""
     width, height = size
     grey = np.empty((height, width), np.uint8)
     return (
@@ -300,14 +306,14 @@ def _sample(
 
 @kernel()
 def _sampled(image: Picture, pose: Pose, inside: Region, values: NDArray[np.float32], grey: Picture) -> bool:
-    """Fill a patch from a (height, 3 * width) BGR picture; False where the inside has no contrast.
+    """Fill a patch from a (height, 3 * width) BGR picture; returns False if its inside has no contrast.
 
-    Beyond the picture its edges are repeated.
+    Beyond the picture, its edge pixels are repeated.
     """
     last_row, last_column = image.shape[0] - 1.0, image.shape[1] / 3 - 1.0
     height, width = grey.shape
     samples = 2 if pose.zoom > FINE_ZOOM else 1
-    # By column: the elements of a row that are mixed, and how much of the right one.
+    # For each column, the two elements of a row that are interpolated, and the weight of the right one.
     lefts, besides = np.empty(width * samples, np.uint64), np.empty(width * samples, np.uint64)
     rights = np.empty(width * samples, np.float32)
     for i in range(width * samples):
@@ -349,6 +355,6 @@ def _sampled(image: Picture, pose: Pose, inside: Region, values: NDArray[np.floa
 
 @inner_kernel()
 def _grey(image: Picture, row: np.uint64, first: np.uint64) -> np.float32:
-    """Of a pixel, by ITU-R BT.601; `first` is its blue value."""
+    """Luma of a pixel by ITU-R BT.601; `first` is the index of its blue value."""
     blue, green, red = image[row, first], image[row, first + _1], image[row, first + _2]
     return np.float32(0.114) * blue + np.float32(0.587) * green + np.float32(0.299) * red

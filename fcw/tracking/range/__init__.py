@@ -1,1 +1,1 @@
-"""The joint filter of all distances and the camera: what it assumes, what it believes, its arithmetic."""
+"""The joint filter of all distances and the camera: its model, its state and its arithmetic."""

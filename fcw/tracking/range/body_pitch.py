@@ -1,4 +1,4 @@
-"""Pitch of our body on its springs: what is told of it, and how far off that may be."""
+"""Pitch of our body on its springs: the measured value and its uncertainty."""
 
 import math
 
@@ -7,13 +7,15 @@ from fcw.tracking.range.model import RangeModel
 
 
 class BodyPitch:
-    """Pitch of the body as the picture tells it; else level, and less surely so while we brake or speed up.
+    """Pitch of the body as measured in the picture. If it is not measured, it is taken as level.
+
+    Its uncertainty is then larger while we brake or accelerate.
 
     Args:
-        model: beliefs.
+        model: the filter's model.
 
     Attributes:
-        told_rad: how much lower the camera looks than its mount does; 0 where it is not told.
+        told_rad: measured pitch of the body, positive nose down; 0 if it is not measured.
         sigma_rad: 1-sigma of that.
     """
 
@@ -22,19 +24,19 @@ class BodyPitch:
         self.told_rad, self.sigma_rad = 0.0, model.fast_pitch_sigma_rad
 
     def update(self, dt_s: float, own_gain_mps: float, told_rad: Gaussian | None) -> float:
-        """Move on by dt.
+        """Update with a frame.
 
         Args:
-            dt_s: since the frame before.
-            own_gain_mps: by how much we became faster in that time.
-            told_rad: see `told_rad`; None where no picture tells it.
+            dt_s: time since the previous frame.
+            own_gain_mps: change of our speed in that time.
+            told_rad: the measured pitch of the body; None if it is not measured.
 
         Returns:
-            `told_rad` as it was before.
+            `told_rad` of the previous frame.
         """
         before_rad, model = self.told_rad, self._model
         if dt_s > 0:
-            # Own speeds come in steps: over the time in which the body follows them.
+            # Given speeds change in steps, so the acceleration is smoothed over the body's response time.
             renewed = 1 - math.exp(-dt_s / model.fast_pitch_correlation_s)
             self._own_mps2 += renewed * (own_gain_mps / dt_s - self._own_mps2)
         if told_rad is None:

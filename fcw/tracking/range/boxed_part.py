@@ -1,8 +1,9 @@
-"""Vehicles of which a detector boxes a part for a while: they have not moved away for it.
+"""Vehicles of which the detector boxes only a part for a while, which must not look like motion.
 
-To a filter whose vehicles keep their width, one that is boxed in part falls back at once, and jumps towards
-us when the whole of it is boxed again. So a width far below the one expected is left out; where the next one
-is too, that part of the vehicle is boxed from then on, until a width fits the whole of it.
+The filter assumes that vehicles keep their width. So a vehicle that is boxed in part would seem to fall back,
+and to jump towards us when it is boxed as a whole again. Therefore a width far below the expected one is left
+out. If the next width is also too small, that part of the vehicle is taken to be boxed from then on, until a
+width fits the whole vehicle again.
 """
 
 from collections.abc import Sequence
@@ -16,18 +17,18 @@ from fcw.tracking.association import OFF_SIGMAS
 from fcw.tracking.box_measurement import BUMP, CAMERA, HEIGHT, VEHICLE, WIDTH, Measurements
 
 STANDS_ASTRAY_SIGMAS = 3.0
-"""What seems to stand so far off the road is elsewhere: then it is right that its width does not fit."""
+"""A vehicle that seems to stand this far off the road is elsewhere, and its width is right not to fit."""
 
 
 class News(Enum):
-    """What the latest box says of the part of its vehicle that is boxed."""
+    """What the latest box tells about the part of its vehicle that is boxed."""
 
     NONE = auto()
-    """As much is boxed as before."""
+    """The same part is boxed as before."""
     UNSURE = auto()
-    """It may be less, or this box is a wild one."""
+    """A smaller part may be boxed, or this box is an outlier."""
     OTHER = auto()
-    """Another part is boxed, or all of it again."""
+    """Another part is boxed, or the whole vehicle again."""
 
 
 @dataclass(slots=True)
@@ -35,9 +36,9 @@ class BoxedPart:
     """How much of one vehicle's width is boxed.
 
     Attributes:
-        log_part: logarithm of that part, at most 0.
-        news: of the latest box.
-        was_off: whether the last width that was seen was too small.
+        log_part: logarithm of the boxed fraction of the width, at most 0.
+        news: what the latest box tells.
+        was_off: whether the last measured width was too small.
     """
 
     log_part: float = 0.0
@@ -53,15 +54,15 @@ def judge_widths(
     slots: Sequence[int],
     parts: Sequence[BoxedPart],
 ) -> Measurements:
-    """The measurements without the widths of which it is not known how much of a vehicle they are.
+    """The measurements without widths that may be those of only a part of a vehicle.
 
     Args:
-        seen: of one frame.
+        seen: the measurements of one frame.
         x: (N,) state of the range filter.
-        p: (N, N) its covariance.
-        white: factor on the variances, see `BoxNoise.white`.
-        slots: numbers in the filter of the vehicles that were seen.
-        parts: of all vehicles; what is learnt of them is written there.
+        p: (N, N) covariance of the state.
+        white: factor on the variances; see `BoxNoise.white`.
+        slots: indices in the filter of the vehicles that were seen.
+        parts: the boxed parts of all vehicles, which are updated in place.
     """
     residuals, keep = seen.residuals.copy(), np.ones(len(seen.residuals), bool)
 

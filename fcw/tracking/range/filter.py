@@ -1,35 +1,34 @@
 """One extended Kalman filter for the distances of all vehicles and for the camera that sees them.
 
-What is wrong with the calibration, and how the body pitches, is common to all vehicles and all frames: as
-noise of each measurement it would be averaged away that should not be, so it is state, as the map is in
-simultaneous localisation and mapping (Smith, Self & Cheeseman 1990). The state of the camera is
+Errors of the calibration and the pitch of our body are common to all vehicles and all frames. As noise of
+each measurement they would be averaged away, which is wrong. So they are part of the state, as the map is in
+simultaneous localisation and mapping (Smith, Self & Cheeseman 1990). The camera's state is
 
     B, log K, C   the row map v = B + K / (D + C), see `fcw.camera.ground_plane`
-    p             pitch by load and slopes, px of rows, slow
-    q             pitch of the body on its springs, px of rows, fast; about what own motion tells of it
-    b             how much wider all boxes are, of the logarithm, by the detector or because vehicles
-                  are wider here; constant
+    p             slow pitch due to load and slopes, in rows (px)
+    q             fast pitch of the body on its springs, in rows (px), about the pitch measured by own motion
+    b             log factor by which all boxes are too wide, due to the detector or because vehicles are
+                  wider here; constant
 
-and that of each vehicle, in modified polar coordinates (Aidala & Hammel 1983; here size stands for angle)
+and each vehicle's, in modified polar coordinates (Aidala & Hammel 1983; here size stands for angle), is
 
     l = log D     D: distance from the camera, m
     r = V / D     V: closing speed; r is one over the time to contact (Dagan et al. 2004)
-    s = A / D     A: rate at which the closing speed grows, our own known part of it aside
+    s = A / D     A: rate at which the closing speed grows, apart from our own known acceleration
     o = log W     W: width of its rear, m; constant, so that the vehicle becomes its own ruler
-    t = log H     H: its height, m, likewise
-    e             how much wider its box is, of the logarithm, as it turns
-    u             how much lower it stands than the flat road, px of rows
-    z             log of the distance at which its looks were remembered, plus C
+    t = log H     H: its height, m; constant, too
+    e             log factor by which its box is wider because it turns
+    u             how much lower it stands than the flat road, in rows (px)
+    z             logarithm of D + C at the moment when its looks were stored
 
-Measured are the rows of the lower edge and, where boxes have a height of their own, of the upper edge,
-and the logarithm of the width, with tan(a) = C / h, and O the overhang of its kind, by which its tyres stand
-ahead of its rear:
+Measured are the row of the lower edge, that of the upper edge if the detector measures heights, and the log
+width. With tan(a) = C / h, and O the overhang of its kind, by which its tyres stand ahead of its rear:
 
     v_bottom = B + K / (D + O + C) + p + q + u
     v_top    = B + K / (D + C) (1 - H / h) + p + q + u
     log w    = log(K cos(a) / h) - log(D + C) + log(W + side) + e + b
 
-and, where it is followed by its looks, by how much they have grown, which knows no size and no horizon:
+If it is followed by its looks, their growth is measured too, which needs neither its size nor the horizon:
 
     log g    = z - log(D + C)
 """
@@ -76,20 +75,20 @@ from fcw.tracking.ranging import BoxNoise
 
 EVERY_EDGE: Mapping[int, Edges] = MappingProxyType({})
 STRONGEST_SHRINK = 0.2
-"""One prediction step leaves at least this part of the distance: the gap never turns negative."""
+"""One prediction step leaves at least this fraction of the distance, so that it stays positive."""
 DIFFUSE_LOG_SIGMA = 1.0
-"""Of the distance before the first box is taken: a factor of three either way."""
+"""1-sigma of the log distance before the first box: a factor of three either way."""
 KIND_INTERVAL = 5
-"""The kind of a vehicle is judged anew every so many frames."""
+"""The kind of each vehicle is judged again after this many frames."""
 
 
 class RangeFilter:
-    """Distances, closing speeds and sizes of vehicles, which are numbered from 0 in the order they came.
+    """Estimates distances, closing speeds and sizes of vehicles, which are numbered from 0 as they are added.
 
     Args:
-        calibration: for the size of the pictures the boxes come from.
+        calibration: calibration for the image size of the boxes.
         box_noise: errors of the boxes.
-        model: beliefs.
+        model: prior knowledge of vehicles, camera and road.
     """
 
     def __init__(self, calibration: Calibration, box_noise: BoxNoise, model: RangeModel) -> None:
@@ -114,7 +113,8 @@ class RangeFilter:
         self._p[WIDER, WIDER] = model.fleet_width_sigma**2 + box_noise.width_bias_sigma**2
         self.calibration_sigma_rad = math.sqrt(self._p[HORIZON, HORIZON]) / self._focal_px
         self._p[HORIZON, HORIZON] += (self._focal_px * model.calibration_pitch_sigma_rad) ** 2
-        # Of the row map boxes teach the horizon; K and C go with it as far as the calibration ties them.
+        # Of the row map, boxes only update the horizon. K and C follow as far as the calibration ties them to
+        # it.
         self._learns = np.eye(CAMERA)
         by_horizon = self._p[:, HORIZON] / max(self._p[HORIZON, HORIZON], 1e-12)
         for place in (SCALE, POLE):
@@ -127,18 +127,18 @@ class RangeFilter:
 
     @property
     def focal_px(self) -> float:
-        """Focal length as it is believed now: it goes with the horizon where three clicks tie the two."""
+        """Estimated focal length; it follows the horizon if the calibration ties the two together."""
         return math.exp(float(self._x[SCALE])) / math.hypot(self._geometry.height_m, float(self._x[POLE]))
 
     @property
     def pitch_rad(self) -> float:
-        """How much lower the camera looks now than it was calibrated to: the horizon stands higher."""
+        """How much lower the camera looks now than when it was calibrated, slopes and springs included."""
         horizon_px = float(self._x[HORIZON] + self._x[SLOW] + self._x[FAST])
         return (self._calibrated.horizon_row_px - horizon_px) / self._focal_px
 
     @property
     def mount(self) -> Mount:
-        """Where the camera looks for good, as vehicles and own motion tell it: without slopes and springs."""
+        """Estimated orientation of the mount from vehicles and own motion, without slopes and springs."""
         off_rad = (self._calibrated.horizon_row_px - float(self._x[HORIZON])) / self._focal_px
         return Mount(
             pitch_rad=self._calibrated.pitch_rad + off_rad,
@@ -146,12 +146,12 @@ class RangeFilter:
         )
 
     def add(self, box: Box, ego_speed_mps: float | None, edges: Edges = WHOLE) -> bool:
-        """Add a vehicle; False where its box gives no distance.
+        """Add a vehicle; returns False if its box gives no distance.
 
         Args:
-            box: the first of it.
-            ego_speed_mps: own speed, None when unknown.
-            edges: which of the box are the vehicle's own.
+            box: its first box.
+            ego_speed_mps: own speed; None when unknown.
+            edges: which edges of the box are the vehicle's own.
         """
         first = self._geometry.first_sight(box, self._x, self._p)
         if first is None:
@@ -180,7 +180,7 @@ class RangeFilter:
                 DIFFUSE_LOG_SIGMA,
             )
         )
-        # Its place in the picture, K / D, is what is not known: of K alone no box of any vehicle tells.
+        # What is unknown is K / D, its place in the picture. No box of any vehicle tells K alone.
         at = n + DISTANCE
         covariance[at, :n] = covariance[:n, at] = self._p[SCALE]
         covariance[at, at] += self._p[SCALE, SCALE]
@@ -192,7 +192,7 @@ class RangeFilter:
         return True
 
     def keep(self, slots: Sequence[int]) -> None:
-        """Forget all vehicles but these, which are numbered anew in the order given."""
+        """Keep only these vehicles; they are renumbered in the order given."""
         chosen = CAMERA + VEHICLE * np.array(slots, int)[:, None] + np.arange(VEHICLE)
         index = np.concatenate((np.arange(CAMERA), chosen.ravel()))
         self._x, self._p = self._x[index], self._p[np.ix_(index, index)]
@@ -212,13 +212,14 @@ class RangeFilter:
 
         Args:
             dt_s: since the frame before.
-            own_gain_mps: by how much we became faster in it; every closing speed grows by as much.
-            path: our own now, along which vehicles stand.
-            own_gain_sigma_mps: of the gain where the camera measured it: its scale is the camera's.
-            body_pitch_rad: how much lower the camera looks now than its mount does; None where untold.
+            own_gain_mps: change of our speed in that time, by which every closing speed grows.
+            path: our own path, with which vehicles align.
+            own_gain_sigma_mps: 1-sigma of `own_gain_mps` if the camera measured it, in which case it scales
+                with the calibration; 0 if the speed was given.
+            body_pitch_rad: measured pitch of the body, positive nose down; None if it is not measured.
 
         Returns:
-            For each vehicle the factor by which the picture of it grew.
+            For each vehicle, the factor by which it grew in the picture.
         """
         model, x, n, focal_px = self._model, self._x, len(self._x), self._focal_px
         self._geometry.path = path
@@ -270,14 +271,14 @@ class RangeFilter:
         return (1 / shrink).tolist()
 
     def take_mount(self, pitch_rad: float, sigma_rad: float, dt_s: float) -> None:
-        """Take the mount's pitch as own motion believes it.
+        """Update with the mount's pitch estimated by own motion.
 
-        It is the same belief frame after frame: it counts as one measurement in `model.mount_lasts_s`.
+        It hardly changes from frame to frame, so it counts as one measurement per `model.mount_lasts_s`.
 
         Args:
-            pitch_rad: of the axis below the road.
-            sigma_rad: 1-sigma.
-            dt_s: since the frame before.
+            pitch_rad: angle of the optical axis below the road.
+            sigma_rad: 1-sigma of the pitch.
+            dt_s: time since the previous frame.
         """
         if dt_s <= 0:
             return
@@ -294,13 +295,13 @@ class RangeFilter:
         edges: Mapping[int, Edges] = EVERY_EDGE,
         doubtful: Collection[int] = (),
     ) -> None:
-        """Take the boxes of one frame.
+        """Update with the boxes of one frame.
 
         Args:
-            boxes: number of the vehicle, and its box.
-            dt_s: since the frame before; infinite for the first box of a vehicle.
-            edges: by number, those that a box shares with the vehicle, where a part of it was boxed.
-            doubtful: numbers of those that may be none: they teach nothing of the camera.
+            boxes: pairs of a vehicle's index and its box.
+            dt_s: time since the previous frame; infinite for the first box of a vehicle.
+            edges: by index, which edges of a box are the vehicle's own, if only a part of it was boxed.
+            doubtful: indices of objects that may be no vehicles; they do not update the camera's state.
         """
         sightings = [
             Sighting(n, self._kinds[n], box, edges.get(n, WHOLE), n in doubtful, self._parts[n].log_part)
@@ -317,26 +318,25 @@ class RangeFilter:
             self._judge_kind(slot)
 
     def begin_growth(self, slot: int) -> None:
-        """Measure the growth of a vehicle's looks from here, where they were remembered anew.
+        """Begin to measure the growth of a vehicle's looks, which were just stored anew.
 
-        What was known of the old looks is forgotten, and the new ones are as large as they are at this
-        distance, up to the noise with which they will be compared.
+        The state of the old looks is replaced by the logarithm of the present D + C.
         """
         at = CAMERA + VEHICLE * slot
         looks = at + LOOKS
         depth_m, by_distance = self._depth(slot)
         self._x[looks] = math.log(depth_m)
-        # A copy of log(D + C): wholly correlated with what it is made of.
+        # A copy of log(D + C), so it is fully correlated with D and C.
         row = by_distance * self._p[at + DISTANCE] + (1 - by_distance) * self._p[SCALE]
         self._p[looks] = self._p[:, looks] = row
         self._p[looks, looks] = by_distance * row[at + DISTANCE] + (1 - by_distance) * row[SCALE]
 
     def take_growths(self, growths: Sequence[tuple[int, float, float]], dt_s: float) -> None:
-        """Take by how much the looks of vehicles have grown since they were remembered.
+        """Update with the growth of vehicles' looks since they were stored.
 
         Args:
-            growths: number of the vehicle, logarithm of the growth, and its 1-sigma.
-            dt_s: since the frame before.
+            growths: index of the vehicle, logarithm of the growth, and its 1-sigma.
+            dt_s: time since the previous frame.
         """
         if not growths:
             return
@@ -351,29 +351,29 @@ class RangeFilter:
         self._x, self._p = kalman_update(self._x, self._p, rows, residuals, variances, NOTHING)
 
     def _depth(self, slot: int) -> tuple[float, float]:
-        """D + C of a vehicle, and how its logarithm grows with log D; the rest is with log K.
+        """D + C of a vehicle, and the derivative of its logarithm by log D; that by log K is 1 minus this.
 
-        C grows with K here as in `Measurements.rows`: wrong growths would teach a scale that nobody knows.
+        C is taken to grow with K, as in `Measurements.rows`; otherwise wrong growths would change the scale.
         """
         distance_m = math.exp(self._x[CAMERA + VEHICLE * slot + DISTANCE])
         depth_m = max(distance_m + float(self._x[POLE]), SMALLEST_DEPTH_M)
         return depth_m, distance_m / depth_m
 
     def boxed_part(self, slot: int) -> BoxedPart:
-        """How much of the width of a vehicle is boxed."""
+        """Which part of a vehicle's width is boxed."""
         return self._parts[slot]
 
     def kind(self, slot: int) -> int:
-        """Index of the kind a vehicle is believed to be of."""
+        """Index of the likeliest kind of a vehicle."""
         return self._kinds[slot]
 
     def ruler(self, slot: int, box: Box) -> tuple[float, float, float, float] | None:
-        """Where the box of a vehicle puts the horizon by its usual width, see `BoxGeometry.ruler`."""
+        """The horizon implied by the usual width of a vehicle; see `BoxGeometry.ruler`."""
         distance_m = math.exp(self._x[CAMERA + VEHICLE * slot + DISTANCE])
         return self._geometry.ruler(Sighting(slot, self._kinds[slot], box), distance_m)
 
     def state(self, slot: int) -> RangeState:
-        """What is believed of a vehicle now."""
+        """The estimated state of a vehicle."""
         at = CAMERA + VEHICLE * slot
         index = [SCALE, *range(at, at + 3)]
         width_m = math.exp(float(self._x[at + WIDTH] + self._x[WIDER]) + self._parts[slot].log_part)
@@ -384,7 +384,7 @@ class RangeFilter:
         )
 
     def _judge_kind(self, slot: int) -> None:
-        """Replace the prior of its sizes where a vehicle turns out to be of another kind."""
+        """Replace the prior of a vehicle's size if it turns out to be of another kind."""
         at = CAMERA + VEHICLE * slot + WIDTH
         mean_width, mean_height = self._x[at : at + 2].tolist()
         (ww, wh), (_, hh) = self._p[at : at + 2, at : at + 2].tolist()

@@ -1,6 +1,6 @@
-"""What the range filter believes of vehicles, roads and cameras before it has seen any.
+"""The range filter's prior knowledge of vehicles, roads and cameras.
 
-Each number is a physical belief with its source. The sequences of KITTI tracking (`fcw evaluate distance`)
+Each number is a physical quantity with its source. The sequences of KITTI tracking (`fcw evaluate distance`)
 were at hand when they were chosen.
 """
 
@@ -12,16 +12,16 @@ from fcw.camera.joint.evidence import CAR_LENGTH_M
 
 @dataclass(frozen=True, slots=True)
 class VehicleKind:
-    """A kind of vehicle, as one side of it is seen.
+    """A kind of vehicle, seen from one direction.
 
     Attributes:
-        share: how often it is met.
-        width_m: median width of what is seen.
+        share: fraction of all vehicles.
+        width_m: median visible width.
         width_sigma: 1-sigma of the logarithm of the width.
         height_m: median height.
         height_sigma: 1-sigma of the logarithm of the height.
-        overhang_m: from what is seen of it nearest to us to where its tyres meet the road.
-        length_m: of the side that is seen where it stands beside our path, or along a bend.
+        overhang_m: distance from the nearest part of it to where its tyres meet the road.
+        length_m: length of the side that it shows beside our path or in a bend.
     """
 
     share: float
@@ -56,66 +56,66 @@ TURNED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RangeModel:
-    """Beliefs of the range filter.
+    """Prior knowledge of the range filter.
 
     Attributes:
         rears: kinds of vehicles seen from behind.
-        turned: kinds that a detector also finds whose boxes have a height of their own.
+        turned: further kinds, found by detectors that measure heights.
         acceleration_sigma_mps2: 1-sigma of the relative acceleration of two vehicles in traffic. Hard
-            braking, at two to four sigma, lasts long enough to be followed.
+            braking is two to four sigmas, and lasts long enough to be followed.
         acceleration_correlation_s: how long a manoeuvre lasts (Singer 1970).
         closing_sigma_mps: 1-sigma of the closing speed of a vehicle just found, if the own speed is unknown:
             2 sigma is a standing vehicle met at 108 km/h. If it is known, the vehicle is anything between
             standing and as fast as we are, give or take `closing_margin_mps`.
         closing_margin_mps: see `closing_sigma_mps`.
-        fleet_width_sigma: 1-sigma of the logarithm by which all vehicles of a place and time are wider than
-            believed, which many vehicles cannot average away: 1.63 m in KITTI, 1.75 to 1.85 m today.
+        fleet_width_sigma: 1-sigma of the log factor by which all vehicles of a place and time are wider than
+            assumed, which does not average out: 1.63 m in KITTI, 1.75 to 1.85 m today.
         size_drift_per_sqrt_s: relative drift in one second of a vehicle's own width and height.
         aspect_sigma: 1-sigma of the logarithm of the apparent over the true width of a vehicle straight
             ahead, which turns a little. One degree shows 7 cm of its side.
-        aspect_correlation_s: correlation time of that: a change of lane, a bend.
-        side_sigma: how well the visible side of a vehicle beside our path is known, as a part of it.
-        calibration_pitch_sigma_rad: how far calibrations are off in use, beside their clicks: people park on
-            ramps, load the boot, bump the mount.
-        overhang_sigma: 1-sigma of an overhang, as a part of it. It is in the interval alone: a vehicle keeps
-            its own.
-        unmodelled_sigma: 1-sigma of the logarithm of a distance by what the filter knows nothing of: roads
-            that are not flat for long, kinds of vehicles that are taken for others. It is in the interval
-            alone.
-        mount_sigma_rad: 1-sigma of the mount by the picture, beside what it says itself: roads are not level
-            with the direction of travel.
+        aspect_correlation_s: correlation time of that: the duration of a lane change or a bend.
+        side_sigma: 1-sigma of the visible side of a vehicle beside our path, as a fraction of it.
+        calibration_pitch_sigma_rad: 1-sigma of the pitch of calibrations in use, in addition to the error of
+            their clicks: people park on ramps, load the boot, bump the mount.
+        overhang_sigma: 1-sigma of an overhang, as a fraction of it. It only widens the interval, because each
+            vehicle keeps its own overhang.
+        unmodelled_sigma: 1-sigma of the log distance due to what the filter does not model: roads that are
+            not flat for long, vehicles that are taken for another kind. It only widens the interval.
+        mount_sigma_rad: 1-sigma of the mount's pitch by own motion, in addition to its own sigma, as roads
+            are not parallel to the direction of travel.
         mount_lasts_s: correlation time of its errors.
-        slow_pitch_sigma_rad: 1-sigma of the pitch against the road by load and long slopes, that is by bends
-            of the road between us and the vehicles; most roads are nearly straight over 50 m.
+        slow_pitch_sigma_rad: 1-sigma of the pitch relative to the road due to load and to changes of slope
+            between us and the vehicles. Most roads are nearly flat over 50 m.
         slow_pitch_correlation_s: correlation time of that pitch.
         fast_pitch_sigma_rad: 1-sigma of the pitch of the body on its springs, with short waves of the road.
             On KITTI tracking the rows of the lower edges of vehicles ahead scatter by 0.17 to 0.42 degrees in
             a drive.
-        fast_pitch_correlation_s: correlation time of that pitch: bodies swing at 1 to 2 Hz; on KITTI the
+        fast_pitch_correlation_s: correlation time of that pitch. Bodies swing at 1 to 2 Hz; on KITTI the
             correlation is a half after 0.4 s.
-        dive_rad_per_mps2: 1-sigma of the pitch by our own braking and speeding up, for each m/s^2, if the own
+        dive_rad_per_mps2: 1-sigma of the pitch due to our own braking and accelerating, per m/s^2, if the own
             speed is known. Hard braking was seen to lift the horizon by 12 rows of 360, about 2 degrees.
-        lasting_gain_error: the part of an error of a gain in own speed that stays in the closing speeds. The
-            rest is taken back: the measured speed errs about the true one and does not run away from it. 1
-            made simulated threats and KITTI's `warning`s worse; 0 believes wild speeds too much.
-        mount_drift_rad_per_sqrt_s: how fast the filter may come to believe that the camera looks elsewhere
-            than it did: 0.1 degrees in a minute and a half. Less, and a turned mount would stay hidden in the
-            pitch of the road; more, and the road's pitch would pass for the mount's.
-        bump_sigma_rad: 1-sigma of the road below one vehicle against that below another: on KITTI tracking
-            two vehicles ahead in our own direction differ by 0.03 to 0.11 degrees over root two where they
-            share a road.
+        lasting_gain_error: fraction of an error of our change of speed that stays in the closing speeds. The
+            rest is corrected later, because the measured speed scatters about the true one and does not
+            drift away from it. 1 made simulated threats and KITTI's `warning`s worse; 0 trusts outliers of
+            the speed too much.
+        mount_drift_rad_per_sqrt_s: random walk of the mount's pitch: 0.1 degrees in a minute and a half. With
+            less, a turned mount would be taken for pitch of the road; with more, pitch of the road for a
+            turned mount.
+        bump_sigma_rad: 1-sigma of the road below one vehicle relative to that below another. On KITTI
+            tracking, two vehicles ahead on the same road differ by 0.03 to 0.11 degrees over root two.
         bump_correlation_s: correlation time of that difference.
         looks_correlation_s: correlation time of the errors of the growth by the picture.
-        cross_slope: vehicles beside our path stand higher or lower by this part of the lateral distance:
-            roads are built with 2 to 3 %.
-        common_path_m: vehicles farther aside than the next lane say nothing of the camera: what they stand on
-            is another road, and of many of them that are parked we see a corner.
-        corner_aspect: a box this many times as wide as high shows a corner or a side. How much of the side
-            is a guess, so that it says something of the camera only up to `corner_path_m`.
-        corner_path_m: half a lane: who is wide there crosses our way or turns in it, and its row tells more
-            than its width. On KITTI tracking, seeds 0 to 9, the mean error is 6.6 % with this rule and 6.9 %
-            without, in seeds 10 to 13, which had no say, 7.0 and 7.1 % (medians 4.9 and 5.2 %, 5.4 and
-            5.4 %). Without the half lane 1.3, 1.4, 1.5 and 1.6 were tried; of the half lane nothing else.
+        cross_slope: vehicles beside our path stand higher or lower by this fraction of the lateral distance:
+            roads are built with a cross slope of 2 to 3 %.
+        common_path_m: vehicles farther aside than the next lane do not update the camera, because they stand
+            on another road, and many of them are parked and seen from a corner.
+        corner_aspect: a box this many times as wide as high shows a corner or a side. How much of the side it
+            shows is a guess, so it updates the camera only up to `corner_path_m`.
+        corner_path_m: half a lane. A vehicle that looks wide there crosses our path or turns in it, and its
+            row tells more than its width. On KITTI tracking, seeds 0 to 9, the mean error is 6.6 % with this
+            rule and 6.9 % without; in seeds 10 to 13, which had no say, 7.0 and 7.1 % (medians 4.9 and 5.2 %,
+            5.4 and 5.4 %). For `corner_aspect`, 1.3, 1.4, 1.5 and 1.6 were tried without the half lane; for
+            the half lane, no other value.
     """
 
     rears: tuple[VehicleKind, ...] = REARS

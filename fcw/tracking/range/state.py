@@ -1,4 +1,4 @@
-"""What is believed of one vehicle's distance."""
+"""The estimated distance and motion of one vehicle."""
 
 import math
 from dataclasses import dataclass
@@ -10,23 +10,24 @@ from fcw.tracking.range.model import RangeModel
 
 @dataclass(frozen=True, slots=True)
 class RangeState:
-    """What is believed of one vehicle.
+    """Estimate of one vehicle.
 
     Attributes:
-        distance_m: from the camera, the median.
-        log_distance_sigma: 1-sigma of its logarithm.
-        closing_speed_mps: rate at which it shrinks.
-        closing_speed_sigma_mps: 1-sigma.
-        closing_speed_sigma_at_distance_mps: 1-sigma if the distance is right: what is wrong with it is as
-            wrong with the closing speed, and not with the TTC.
-        closing_acceleration_mps2: rate at which that grows, what is known of the own speed aside.
-        closing_acceleration_sigma_mps2: 1-sigma.
-        width_m: of its rear, as the detector's boxes show it.
-        length_m: of its kind.
-        log_across_sigma: 1-sigma of the logarithm of what places across the road are multiplied by, distance
-            over focal length: where the focal length is little known, it is little wrong with them.
-        across_rate_sigma_per_s: 1-sigma of the rate at which what keeps its bearing comes nearer across the
-            road, as a part of its place there.
+        distance_m: median of the distance from the camera.
+        log_distance_sigma: 1-sigma of the log distance.
+        closing_speed_mps: rate at which the distance shrinks.
+        closing_speed_sigma_mps: 1-sigma of the closing speed.
+        closing_speed_sigma_at_distance_mps: 1-sigma of the closing speed given the distance. An error of the
+            distance scales the closing speed alike, and leaves the TTC as it is.
+        closing_acceleration_mps2: rate at which the closing speed grows, apart from our own known
+            acceleration.
+        closing_acceleration_sigma_mps2: 1-sigma of that.
+        width_m: width of its rear, as the detector's boxes show it.
+        length_m: length of its kind.
+        log_across_sigma: 1-sigma of the logarithm of distance over focal length, which lateral positions are
+            proportional to. An error of the focal length largely cancels here.
+        across_rate_sigma_per_s: 1-sigma of the relative rate at which the lateral position shrinks at a
+            constant bearing.
     """
 
     distance_m: float
@@ -51,15 +52,15 @@ class RangeState:
         overhang_m: float,
         model: RangeModel,
     ) -> "RangeState":
-        """As the filter has it.
+        """Make one from the filter's state.
 
         Args:
             x: (3,) log D, V / D and A / D.
             p: (4, 4) covariance of log K and these.
-            width_m: of its rear.
-            length_m: of its kind.
-            overhang_m: by which its lower edge is believed to be farther away.
-            model: beliefs.
+            width_m: width of its rear.
+            length_m: length of its kind.
+            overhang_m: how much farther away its tyres are than its rear.
+            model: the filter's model.
         """
         log_distance, rate, growth = x.tolist()
         (kk, kl, kr, _), (_, ll, lr, lg), (_, _, rr, _), (_, _, _, gg) = p.tolist()
@@ -82,10 +83,10 @@ class RangeState:
         )
 
     def distance_with_interval(self, reference_offset_m: float) -> tuple[float, float, float]:
-        """(distance, 16th percentile, 84th percentile) from the calibration's reference, at least 0.
+        """(distance, 16th percentile, 84th percentile) from the calibration's reference point, at least 0.
 
         Args:
-            reference_offset_m: how far the reference is ahead of the camera.
+            reference_offset_m: how far the reference point is ahead of the camera.
         """
         spread = math.exp(PERCENTILE_84_SIGMAS * self.log_distance_sigma)
         median, low, high = (

@@ -1,4 +1,4 @@
-"""One measurement of a Kalman filter, taken robustly; a part of the state may be left as it is."""
+"""A robust measurement update of a Kalman filter that may leave a part of the state unchanged."""
 
 import numpy as np
 
@@ -6,12 +6,13 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.tracking.box_measurement import CAMERA, Measurements
 
 NOTHING = np.zeros((CAMERA, CAMERA))
-"""Is what the camera's state learns of what concerns one vehicle alone."""
+"""`learns` for measurements that concern one vehicle only: the camera's state stays as it is."""
 
 OUTLIER_SIGMAS = 3.0
-"""A measurement farther off than this is taken to be so noisy that it is just this far off: the wilder one
-box, the less it moves (twice as far off half as much), and a persistent one still wins. Huber's weights, by
-which it would move as much as at this limit, are no better on KITTI tracking's distances."""
+"""The variance of a measurement that is farther off than this is raised until it is just this far off. So the
+farther off a single box is, the less it changes (half as much if twice as far off), but a persistent
+deviation still wins. Huber's weights, with which it would change as much as at this limit, are no better on
+the distances of KITTI tracking."""
 
 
 def kalman_update(
@@ -25,13 +26,13 @@ def kalman_update(
     """State and covariance after a measurement.
 
     Args:
-        x: (N,) the state.
-        p: (N, N) its covariance.
-        rows: (M, N) the measurement by the state.
-        residuals: (M,) measured less expected.
-        variances: (M,) of the measurement's errors.
-        learns: (F, F) what the first F of the state make of the gain that would be theirs: with zeros they
-            stay as they are, and their error is part of the others' (Schmidt 1966).
+        x: (N,) state.
+        p: (N, N) covariance of the state.
+        rows: (M, N) Jacobian of the measurement.
+        residuals: (M,) measured minus expected.
+        variances: (M,) variances of the measurement's errors.
+        learns: (F, F) matrix applied to the gain of the first F elements of the state. With zeros they stay
+            as they are, and their error is considered in the others' (Schmidt 1966).
     """
     spread = p @ rows.T
     predicted = rows @ spread
@@ -39,7 +40,7 @@ def kalman_update(
     predicted.flat[:: len(residuals) + 1] += variances
     gain = np.linalg.solve(predicted, spread.T).T
     gain[: len(learns)] = learns @ gain[: len(learns)]
-    # Joseph's form, which is right for any gain.
+    # Joseph's form, which is valid for any gain.
     used = gain @ spread.T
     covariance = p - used - used.T + gain @ predicted @ gain.T
     return x + gain @ residuals, (covariance + covariance.T) / 2
@@ -48,13 +49,13 @@ def kalman_update(
 def take_measurements(
     x: FloatArray, p: FloatArray, seen: Measurements, learns: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """State and covariance after the boxes of a frame; those that tell of one vehicle alone come last.
+    """State and covariance after the boxes of a frame. Those that do not update the camera are used last.
 
     Args:
-        x: (N,) the state against which they were measured.
-        p: (N, N) its covariance.
-        seen: of the frame.
-        learns: what the camera's state makes of those that tell of it, see `kalman_update`.
+        x: (N,) state for which the residuals were computed.
+        p: (N, N) covariance of the state.
+        seen: the measurements of the frame.
+        learns: as in `kalman_update`, for measurements that update the camera.
     """
     rows, residuals, variances, common, _ = seen
     before = x
