@@ -1,4 +1,4 @@
-"""What two pictures say if the motion was about as expected."""
+"""Estimate the motion between two pictures, starting from an expected one."""
 
 import math
 
@@ -13,24 +13,25 @@ from fcw.motion.settings import MotionSettings
 from fcw.motion.solver import TRAVEL, Solution, solve
 
 INLYING = 0.25
-"""A point with this weight keeps to the motion: it is within one scale of the weights."""
+"""A point with at least this weight is an inlier: it is within one scale of the weights."""
 OWN_CAR_REACHES_M = (6.0, 8.0, 12.0)
-"""An own car that was not learnt, as a bonnet that mirrors the world, hides the road up to one of these."""
+"""If our own car was not learned (a bonnet that mirrors the world, say), it hides the road up to one of
+these."""
 
 
 class Attempt:
-    """What two pictures say if the motion was about as a filter expects it; the filter has taken it.
+    """The motion between two pictures, solved from a filter's expectation; the filter is updated with it.
 
-    Where the motion is known, a turn beyond what springs mostly do is taken as well. Where a speed is only
-    supposed it is not: it would make up for a wrong speed.
+    If the speed is known, a larger pitch than usual on springs is allowed for. If the speed is only a
+    hypothesis, it is not, because the pitch would compensate for a wrong speed.
 
     Attributes:
-        flow: the points that were followed.
-        filter: what was expected, corrected by what they say.
-        solution: None where they say nothing, or nothing that can be.
-        evidence: of the solution.
-        points: how many keep to the motion, of the road and of the rest.
-        doubtful: whether another speed may be true.
+        flow: the points that were tracked.
+        filter: the filter, updated with them.
+        solution: None if the points give no plausible motion.
+        evidence: evidence of the solution.
+        points: number of inliers on the road, and elsewhere.
+        doubtful: whether another speed may be right.
     """
 
     def __init__(
@@ -67,14 +68,15 @@ class Attempt:
             or (road_part < settings.least_road_part and not _beyond_own_car(flow, inlying, others, settings))
         )
         if solution.unknowns[TRAVEL] < standing_m:
-            # A standing picture stands as a whole: reflections and lines along the road seem to as well.
+            # If we stand, the whole picture does. Reflections and lines along the road alone seem to stand,
+            # too.
             few = inlying.sum() < settings.standing_points
             fast_back = solution.unknowns[TRAVEL] < -standing_m
             self.doubtful = bool(
                 fast_back or few or min(inlying.mean(), inlying[road].mean()) < settings.standing_part
             )
             if not self.doubtful and abs(solution.unknowns[TRAVEL]) < settings.still_mps * dt_s:
-                # Few points on a dashboard may stand while all that is farther away goes by.
+                # A few points on a dashboard may stand while everything beyond moves.
                 self.doubtful = follower.picture_moves or not stillness.lasts(pictures[1], mean)
             if self.doubtful:
                 return
@@ -99,17 +101,17 @@ def _solution(
     standing_m: float,
     settings: MotionSettings,
 ) -> Solution:
-    """What points say; where they say that we stand, but are too few, what those that moved say.
+    """Solve for the motion. If the result is that we stand, but with too few inliers, use moving points only.
 
-    Half of a bonnet that mirrors the world may stand, and none of it be learnt as the own car. More points
-    agree there than on the road, and near ones count most. They are taken for astray.
+    A bonnet that mirrors the world may half stand, without having been learned as our own car. More points
+    may agree there than on the road, and near points count most. In that case they are treated as outliers.
 
     Args:
         flow: N points.
-        in_place: (N,) which are taken for road and did not move.
-        height_m: of the camera.
+        in_place: (N,) points that are taken for road and did not move.
+        height_m: height of the camera.
         expected: mean (8,) and covariance (8, 8) of the unknowns.
-        standing_m: who goes less far stands.
+        standing_m: a travel below this counts as standing.
         settings: see `MotionSettings`.
     """
     mean, covariance = expected
@@ -131,7 +133,7 @@ def _solution(
 def _beyond_own_car(
     flow: Flow, inlying: NDArray[np.bool_], others: NDArray[np.bool_], settings: MotionSettings
 ) -> bool:
-    """Whether the road beyond what may be the own car, and all that is not road, keep to a motion."""
+    """Whether the motion fits the points off the road, and those on it beyond a possible own car."""
     if others.mean() < settings.standing_part:
         return False
     far = (flow.road & (flow.inverse_depth < 1 / reach_m) for reach_m in OWN_CAR_REACHES_M)

@@ -1,14 +1,14 @@
-"""The filter behind own motion: speed, turning and the mount, from what each two pictures say.
+"""The filter of own motion: speed, yaw rate and mount, updated with the motion between pictures.
 
 The state is
 
     v, a    speed, m/s, and acceleration
     r       yaw rate, rad/s, positive to the left
-    m, y, o pitch, yaw and roll of the mount against the calibration, slow
-    q, q'   pitch of the body on its springs, now and at the picture before
+    m, y, o pitch, yaw and roll of the mount relative to the calibration, slow
+    q, q'   pitch of the body on its springs, now and at the previous picture
 
-and the unknowns of `fcw.motion.solver` follow from it up to noise: heave and slip turn the direction of
-travel of every single step, the road rolls, and slopes turn the camera beside the springs.
+The unknowns of `fcw.motion.solver` follow from it up to noise: heave and slip change the direction of travel
+of every single step, the road rolls, and slopes pitch the camera in addition to the springs.
 """
 
 import math
@@ -36,14 +36,15 @@ STATES = 8
 MOUNT = slice(MOUNT_PITCH, MOUNT_ROLL + 1)
 UNKNOWN_SPEED_SIGMA_MPS = 20.0
 NOD_SIGMAS = 1.5
-"""A turn beyond so many sigmas is a nod: it is expected to be just so far off then. Of 1.5, 2, 2.5
-and none the one whose pitch errs least on one rendered drive over bumps; nothing was left out."""
+"""A change of pitch beyond this many sigmas is a nod. Its variance is then raised until it is just this far
+off. Of 1.5, 2, 2.5 and none, this has the least error of pitch on one rendered drive over bumps; nothing was
+left out."""
 SLOWEST_DIRECTION_MPS = 1.0
-"""Below this speed the direction of travel is anything."""
+"""Least speed used for the noise of the direction of travel, which is undefined at standstill."""
 
 
 class MotionFilter:
-    """Own motion as believed at the latest picture.
+    """Estimate of own motion at the latest picture.
 
     Args:
         settings: see `MotionSettings`.
@@ -65,17 +66,17 @@ class MotionFilter:
         self.p = np.diag(np.square(sigmas))
 
     def copy(self) -> "MotionFilter":
-        """A copy of its own, with the same beliefs."""
+        """An independent copy."""
         other = object.__new__(MotionFilter)
         other._settings, other.x, other.p = self._settings, self.x.copy(), self.p.copy()
         return other
 
     def sigma(self, state: int) -> float:
-        """1-sigma of a state."""
+        """1-sigma of an element of the state."""
         return math.sqrt(max(float(self.p[state, state]), 0.0))
 
     def predict(self, dt_s: float) -> None:
-        """Move on by dt, to the next picture."""
+        """Predict the state at the next picture."""
         settings = self._settings
         moved = np.eye(STATES)
         lasting = math.exp(-dt_s / settings.acceleration_s)
@@ -96,7 +97,7 @@ class MotionFilter:
         self.p.flat[:: STATES + 1] += added
 
     def expect(self, dt_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Mean (8,) and covariance (8, 8) of the solver's unknowns of the last step, and (8, 8) by state."""
+        """Mean (8,), covariance (8, 8) and Jacobian (8, 8) of the solver's unknowns for the last step."""
         settings = self._settings
         speed_mps = max(float(self.x[SPEED]), SLOWEST_DIRECTION_MPS)
         by_state = np.zeros((UNKNOWNS, STATES))
@@ -104,8 +105,8 @@ class MotionFilter:
         by_state[YAW_TURN, YAW_RATE] = -dt_s
         by_state[TRAVEL, SPEED], by_state[TRAVEL, ACCELERATION] = dt_s, -(dt_s**2) / 2
         by_state[YAW, MOUNT_YAW] = 1.0
-        # Ahead of the rear axle the camera goes sideways as well, to the left in a left turn; and over the
-        # step the axis turns by half of it away from where it was at its start.
+        # Ahead of the rear axle, the camera also moves sideways, to the left in a left turn. And over the
+        # step, the mean direction of travel turns by half of the step's rotation.
         by_state[YAW, YAW_RATE] = -(settings.axle_m / speed_mps + dt_s / 2)
         by_state[PITCH, MOUNT_PITCH] = 1.0
         by_state[PITCH, SPRING_BEFORE] = 1.0
@@ -127,10 +128,10 @@ class MotionFilter:
         return by_state @ self.x, covariance, by_state
 
     def allow_nod(self, solution: Solution, mean: FloatArray, covariance: FloatArray) -> bool:
-        """Allow for a pitch beyond what springs mostly do, as over a bump or in a hard stop.
+        """Allow for a larger pitch than usual on springs, as over a bump or in a hard stop.
 
         Returns:
-            Whether the pictures tell such a pitch; then call `expect` again, as its result has changed.
+            Whether the pictures show such a pitch. If so, call `expect` again, as its result has changed.
         """
         off_rad = float(solution.unknowns[PITCH_TURN] - mean[PITCH_TURN])
         unexpected = (off_rad / NOD_SIGMAS) ** 2 - float(covariance[PITCH_TURN, PITCH_TURN])
@@ -140,10 +141,10 @@ class MotionFilter:
     def correct(
         self, solution: Solution, mean: FloatArray, covariance: FloatArray, by_state: FloatArray
     ) -> None:
-        """Take what the solver found, given what was expected of it (`expect`).
+        """Update with the solver's solution, given its expectation (see `expect`).
 
-        The solution is expectation and points together. The state follows it as any Gaussian does that is
-        known by another one: the conditional of the joint (Rauch, Tung & Striebel 1965).
+        The solution combines expectation and points. The state is updated by conditioning the joint Gaussian
+        of state and unknowns on it (Rauch, Tung & Striebel 1965).
         """
         posterior = np.linalg.inv(solution.information + np.linalg.inv(covariance))
         gain = np.linalg.solve(covariance, by_state @ self.p).T
@@ -156,17 +157,17 @@ class MotionFilter:
         return self.x[MOUNT].copy(), self.p[MOUNT, MOUNT].copy()
 
     def take_mount(self, mount: tuple[FloatArray, FloatArray]) -> None:
-        """Set what is believed of the mount, independent of all else."""
+        """Set the mount, independent of the rest of the state."""
         self.p[MOUNT, :] = self.p[:, MOUNT] = 0.0
         self.x[MOUNT], self.p[MOUNT, MOUNT] = mount
 
     def take_angle(self, place: int, believed: Gaussian) -> None:
-        """Set what is believed of an angle of the mount, independent of all else."""
+        """Set one angle of the mount, independent of the rest of the state."""
         self.p[place, :] = self.p[:, place] = 0.0
         self.x[place], self.p[place, place] = believed.value, believed.sigma**2
 
     def measure_angle(self, place: int, told: Gaussian) -> None:
-        """Take an angle of the mount as a measurement (Kalman 1960)."""
+        """Update with a measurement of one angle of the mount (Kalman 1960)."""
         gain = self.p[:, place] / (self.p[place, place] + told.sigma**2)
         self.x = self.x + gain * (told.value - self.x[place])
         self.p = self.p - np.outer(gain, self.p[place])
@@ -176,12 +177,12 @@ class MotionFilter:
         return float(self.x[YAW_RATE]), float(self.p[YAW_RATE, YAW_RATE])
 
     def take_yaw_rate(self, yaw_rate: tuple[float, float]) -> None:
-        """Set what is believed of the yaw rate, independent of all else."""
+        """Set the yaw rate, independent of the rest of the state."""
         self.p[YAW_RATE, :] = self.p[:, YAW_RATE] = 0.0
         self.x[YAW_RATE], self.p[YAW_RATE, YAW_RATE] = yaw_rate
 
     def forget_speed(self, speed_mps: float, sigma_mps: float) -> None:
-        """Start anew with a supposed speed."""
+        """Replace the speed by a hypothesis."""
         for state, value, sigma in (
             (SPEED, speed_mps, sigma_mps),
             (ACCELERATION, 0.0, self._settings.acceleration_sigma_mps2),

@@ -1,11 +1,11 @@
-"""Lane lines in the strip of road ahead, as seen from above.
+"""Lane lines in the strip of road ahead, seen from above.
 
-The small picture is sampled on a grid of the road. Across each row of the grid a painted line is a ridge:
-brighter than the road on both sides of it. The ridges vote for two lines with one heading and one bend, close
-to those that mount and yaw rate expect, and a least-squares fit through the voters gives the lane with its
-covariance (after Aly 2008, "Real time detection of lane markers in urban streets", with the road's plane
-known and both lines parallel). The bend may grow along the lane, as where a straight road becomes a bend (a
-clothoid; Dickmanns and Mysliwetz 1992, "Recursive 3-D road and relative ego-state recognition").
+The small picture is sampled on a grid of the road. Across each row of the grid, a painted line is a ridge
+that is brighter than the road on both sides. The ridges vote for two lines with a common heading and
+curvature, close to those expected from mount and yaw rate. A least-squares fit through the voters gives the
+lane with its covariance (after Aly 2008, "Real time detection of lane markers in urban streets", with a known
+road plane and parallel lines). The curvature may change along the lane, as where a straight road becomes a
+bend (a clothoid; Dickmanns and Mysliwetz 1992, "Recursive 3-D road and relative ego-state recognition").
 """
 
 import math
@@ -21,43 +21,46 @@ from fcw.motion.bend.turning import growth_sigma_per_m2
 from fcw.motion.view import RoadView
 
 DISTANCES_M = np.geomspace(6.0, 40.0, 24)
-"""Rows of the grid: nearer together where a row of the picture is less of the road."""
+"""Rows of the grid, closer together near us, where a row of the picture covers less of the road."""
 HALF_WIDTH_M, STEP_M = 6.0, 0.05
 LATERALS_M = np.arange(-HALF_WIDTH_M, HALF_WIDTH_M + STEP_M / 2, STEP_M)
 SIDE_STEPS = 5
-"""A line is brighter than what is a quarter of a metre beside it: lines are 0.1 to 0.2 m wide."""
+"""A line must be brighter than the road this many steps (a quarter of a metre) beside it. Lines are 0.1 to
+0.2 m wide."""
 FAINTEST = 6.0
-"""Grey values by which a line is brighter than the road on both sides."""
+"""Least number of grey values by which a line is brighter than the road on both sides."""
 ROUGHNESS = 3.0
-"""It must also be brighter by this many times what grey values of the road differ over the same way: gravel
-is no line."""
+"""It must also be brighter by this many times the usual variation of the road over the same distance, as
+gravel is no line."""
 STRONGEST = 30.0
-"""What is brighter does not count for more: a lamp's reflection is no better a line."""
+"""Brighter ridges do not count for more: a lamp's reflection is no better line."""
 HEADINGS_RAD = np.radians(np.linspace(-2.5, 2.5, 17))
 BENDS_PER_M = np.linspace(-2.4e-3, 2.4e-3, 9)
-"""Tried about what is expected."""
+"""Headings and curvatures that are tried, relative to the expected ones."""
 LANE_M, LANE_SIGMA_M = 3.5, 0.4
+"""Usual width of a lane, and its 1-sigma."""
 NARROWEST_M, WIDEST_M = 2.5, 4.6
 NEAR_LINE_M = 0.25
-"""A ridge this near a line belongs to it."""
+"""A ridge this near to a line belongs to it; farther ahead, twice as much."""
 FEWEST_ROWS = 5
-"""Least number of rows of the grid in which each of the two lines is seen: kerbs and shadows look like
-lines."""
+"""Least number of rows of the grid in which each line must be seen, as kerbs and shadows look like lines."""
 LEAST_REACH_M = 6.0
-"""Least length of road over which each of them reaches."""
+"""Least length of each line."""
 FARTHEST_ASIDE_M = 1.0
-"""Nobody drives farther from the middle for long. While we change lanes there is no own lane."""
+"""Largest distance of the camera from the middle of the lane. During a lane change there is no own lane."""
 SAME_LANE_M = 0.4
 CONFIRMATIONS = 3
-"""A lane is believed once it was found this often in a row, within `SAME_LANE_M`."""
+"""A lane is used once it was found this often in a row, within `SAME_LANE_M`."""
 RIDGE_SIGMA_M = 0.1
+"""1-sigma of a ridge's lateral position near the camera."""
 HEADING_SIGMA_RAD, BEND_SIGMA_PER_M = math.radians(1.5), 2e-3
-"""Of the path by mount and yaw rate against the lane: changes of lane, and bends that come."""
+"""1-sigmas of the lane's heading and curvature about those of mount and yaw rate: lane changes, and bends
+that begin."""
 SMOOTHING_S = 0.4
 LOST_S = 1.5
 """Time after which a lane that is not seen is forgotten."""
 WALK = np.array([0.4, math.radians(1.0), 1e-3, 1e-4, 0.1])
-"""1-sigma of offset, heading, bend, its growth and width of the lane ahead, in the root of a second."""
+"""Random walk of offset, heading, curvature, its change, and width of the lane: 1-sigma after one second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,9 +68,9 @@ class Lane:
     """The own lane.
 
     Attributes:
-        mean: (5,) lateral offset of its middle at the camera, m, heading, rad, bend, 1/m, and by how much
-            that grows along it, 1/m^2, all positive to the left and from the camera's axis; its width, m.
-        covariance: (5, 5).
+        mean: (5,) lateral offset of its middle at the camera, m, heading, rad, curvature, 1/m, change of the
+            curvature along it, 1/m^2, all from the camera's axis and positive to the left; and its width, m.
+        covariance: (5, 5) covariance of `mean`.
     """
 
     mean: FloatArray
@@ -81,7 +84,7 @@ def _ridges(
     rows: NDArray[np.float32],
     found: NDArray[np.float32],
 ) -> int:  # pragma: no cover - compiled
-    """Ridges of the sampled road: (row of the grid, place across it, strength); returns how many."""
+    """Find ridges of the sampled road: row of the grid, index across it, strength; returns their number."""
     height, width = grey.shape
     across = columns.shape[1]
     values, ridge = np.empty(across, np.float32), np.empty(across, np.float32)
@@ -90,7 +93,7 @@ def _ridges(
         for j in range(across):
             x, y = columns[i, j], rows[i, j]
             if x < 0 or y < 0 or x >= width - 1 or y >= height - 1:
-                values[j] = -1000.0  # no ridge has this beside it or on it
+                values[j] = -1000.0  # outside the picture: no ridge here or next to it
                 continue
             x0, y0 = int(x), int(y)
             a, b = x - x0, y - y0
@@ -127,7 +130,10 @@ def _vote(
     bends: FloatArray,
     lane_m: float,
 ) -> tuple[float, int, int, float, float]:  # pragma: no cover - compiled
-    """Score, heading, bend, and places of the left and the right line at the camera; nan for none."""
+    """Score, index of heading and of curvature, and lateral positions of left and right line at the camera.
+
+    Indices are -1 and positions nan if there is no lane.
+    """
     bins = 68
     best, best_heading, best_bend, best_left, best_right = 0.0, -1, -1, np.nan, np.nan
     left, right = np.zeros(bins), np.zeros(bins)
@@ -171,15 +177,15 @@ def find_lane(
     speed_mps: float | None = None,
     lane_m: float = LANE_M,
 ) -> Lane | None:
-    """The own lane in one small picture; None where it shows none.
+    """The own lane in one small picture; None if it shows none.
 
     Args:
         grey: (height, width).
         view: where the road is in it.
-        heading_rad: of the path, as mount and lanes before expect it; positive to the left.
-        bend_per_m: likewise.
-        speed_mps: our own, by which bends grow along a road; None when unknown.
-        lane_m: its width, likewise.
+        heading_rad: expected heading of the path, positive to the left.
+        bend_per_m: expected curvature of the path, positive to the left.
+        speed_mps: own speed, which limits how fast a road's curvature changes; None when unknown.
+        lane_m: expected width of the lane.
     """
     columns, rows = view.places(LATERALS_M[None, :], DISTANCES_M[:, None])
     found = np.empty((200, 3), np.float32)
@@ -214,9 +220,10 @@ def _fit(
     information: FloatArray,
     sides: NDArray[np.int8],
 ) -> bool:  # pragma: no cover - compiled
-    """Least squares from `x` on, which is its result, with its `information`; False with too few ridges.
+    """Least squares through the ridges; returns False if there are too few.
 
-    `sides` become 1 for ridges of the left line, -1 for those of the right one, and 0 for others.
+    `x` holds the start and becomes the result, `information` its information matrix. `sides` becomes 1 for
+    ridges of the left line, -1 for those of the right one, and 0 for others.
     """
     heading_rad, bend_per_m, lane_m = expected
     matrix, gradient, row = np.empty((5, 5)), np.empty(5), np.empty(5)
@@ -274,7 +281,7 @@ def _fitted(
     expected: tuple[float, float, float],
     growth_sigma: float,
 ) -> Lane | None:
-    """Least squares through the ridges near two lines: left, right, heading, bend and growth."""
+    """The lane by least squares from a start: left, right, heading, curvature and its change; None if bad."""
     x, information, sides = start.copy(), np.empty((5, 5)), np.empty(len(distances_m), np.int8)
     if not _fit(distances_m, laterals_m, expected, growth_sigma, x, information, sides):
         return None
@@ -284,7 +291,7 @@ def _fitted(
     left_m, right_m = float(x[0]), float(-x[1])
     if not (NARROWEST_M <= left_m + right_m <= WIDEST_M and abs(left_m - right_m) / 2 <= FARTHEST_ASIDE_M):
         return None
-    # Ridges of neighbouring rows err alike.
+    # The errors of ridges in neighbouring rows are correlated.
     covariance = np.linalg.inv(information) * 4
     to_lane = np.array(
         [[0.5, 0.5, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1], [1, -1, 0, 0, 0]]
@@ -303,7 +310,7 @@ class LaneTracker:
 
     @property
     def lane(self) -> Lane | None:
-        """As believed now; None where it was not seen for a while."""
+        """The present estimate; None if no lane was seen for a while."""
         return self._lane
 
     def update(
@@ -315,15 +322,15 @@ class LaneTracker:
         speed_mps: float | None,
         dt_s: float,
     ) -> Lane | None:
-        """Take a picture; returns what is believed then.
+        """Update with a picture; returns `lane`.
 
         Args:
             grey: the small picture.
             view: where the road is in it.
-            heading_rad: of the path by the mount, positive to the left.
-            bend_per_m: of the path by the yaw rate.
-            speed_mps: our own; None when unknown.
-            dt_s: since the picture before.
+            heading_rad: heading of the path by the mount, positive to the left.
+            bend_per_m: curvature of the path by the yaw rate, positive to the left.
+            speed_mps: own speed; None when unknown.
+            dt_s: time since the previous picture.
         """
         before = self._lane
         if before is not None and speed_mps is not None:
@@ -346,7 +353,7 @@ class LaneTracker:
         return self._lane
 
     def _confirm(self, seen: Lane | None) -> None:
-        """Count how often in a row a lane was found, and believe it in place of another one in the end."""
+        """Count how often in a row a lane was found, and let it finally replace the present one."""
         if seen is None:
             self._candidate, self._confirmed = None, 0
             return
@@ -357,7 +364,7 @@ class LaneTracker:
 
 
 def _moved_on(lane: Lane, moved_m: float) -> Lane:
-    """Farther along it its bend has grown."""
+    """The lane as seen from farther along it, where its curvature has changed."""
     mean = lane.mean.copy()
     mean[2] += mean[3] * moved_m
     return Lane(mean, lane.covariance)

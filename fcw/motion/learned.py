@@ -1,11 +1,11 @@
-"""What a drive taught of the mount, made the calibration of the pictures that the camera takes.
+"""A calibration of the camera from the orientation of the mount that a drive has learned.
 
-A drive tells where the camera looks: the row of the horizon and the yaw; of the roll no more than kerbs and
-verges allow, which is hardly ever enough to take it. It tells nothing of the lens. A calibration knows all of
-them, each the better the more is known of the others: a horizon told by the drive makes a focal length surer
-where both came from the same clicks. So the horizon's row is one more measurement (Kalman 1960), unless it
-contradicts the calibration: then the mount was moved, the old horizon is forgotten, and the lens stays as it
-was.
+A drive shows where the camera looks: the row of the horizon and the yaw. It shows the roll only as well as
+kerbs and verges allow, which is hardly ever enough to use it, and nothing of the lens. In a calibration, all
+of them are
+correlated: a better known horizon improves the focal length if both came from the same clicks. So the
+    horizon's row is one more measurement (Kalman 1960). If it contradicts the calibration, the mount was
+    moved: the old horizon is dropped, and the lens stays as it was.
 """
 
 import math
@@ -24,13 +24,14 @@ from fcw.motion.state import Mount
 from fcw.motion.travel.looks import CONTRADICTED_SIGMAS
 
 LEAST_SIGMA_RAD = math.radians(0.1)
-"""The road ahead is not level with the direction of travel: no drive tells an angle better."""
+"""Least 1-sigma of an angle from a drive, as the road ahead is not exactly parallel to the direction of
+travel."""
 MOVED_SIGMAS = 3.0
-"""An angle that is farther off is not that of the calibration any more."""
+"""An angle that differs by more than this contradicts the calibration."""
 TOLD_PART = 0.5
-"""A drive tells an angle if that is so much surer at its end than at its start."""
+"""A drive gives an angle if its sigma at the end is below this fraction of its sigma at the start."""
 HORIZON, FOCAL, AXIS = range(3)
-"""Places of what is fused: rows of horizon and axis, and the logarithm of the focal length."""
+"""Indices of the fused quantities: row of the horizon, log focal length, and row of the axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +39,8 @@ class Learned:
     """A calibration as a drive corrected it.
 
     Attributes:
-        calibration: of the pictures as the camera takes them.
-        moved: whether the drive contradicts the pitch of the calibration, which is forgotten then.
+        calibration: for the pictures as the camera takes them.
+        moved: whether the drive contradicts the pitch of the old calibration, which was then dropped.
     """
 
     calibration: Calibration
@@ -47,15 +48,15 @@ class Learned:
 
 
 def calibration_of_mount(calibration: Calibration, mount: Mount, name: str) -> Learned:
-    """The calibration with what the drive told of the mount; its clicks were of another pose and are gone.
+    """The calibration updated with the mount. Its clicks belong to another orientation, and are dropped.
 
     Args:
-        calibration: of the drive's straight pictures, as its log has it.
-        mount: of the straight camera, as believed at the drive's end.
-        name: of the drive, for messages.
+        calibration: the calibration of the drive's straightened pictures, from its log.
+        mount: the mount of the straightened camera, as estimated at the drive's end.
+        name: name of the drive, for messages.
 
     Raises:
-        UserError: the log does not say what was undone of its pictures, or the drive told too little.
+        UserError: the log does not say how its pictures were straightened, or the drive shows too little.
     """
     undone, settings = calibration.undone, MotionSettings()
     if undone is None:
@@ -106,10 +107,10 @@ def calibration_of_mount(calibration: Calibration, mount: Mount, name: str) -> L
 
 
 def _told(believed_rad: float, sigma_rad: float, began_rad: float, began_sigma_rad: float) -> Gaussian | None:
-    """An angle by the drive alone; None where it told too little.
+    """An angle from the drive alone; None if the drive shows too little.
 
-    What is believed at the end began with a belief, which is no measurement: it is taken out again, unless
-    the drive contradicted it so much that nothing of it is left.
+    The estimate at the end includes the prior at the start, which is no measurement. It is removed again,
+    unless the drive contradicted it so much that nothing of it is left.
     """
     if sigma_rad > TOLD_PART * began_sigma_rad:
         return None
@@ -125,7 +126,7 @@ def _moved(apart: float, first_sigma: float, second_sigma: float) -> bool:
 
 
 def _fused(before: Gaussian, told: Gaussian | None) -> Gaussian:
-    """Both as measurements of one angle; what the drive told where they contradict each other."""
+    """Two measurements of one angle combined; if they contradict each other, that of the drive."""
     if told is None:
         return before
     if _moved(told.value - before.value, before.sigma, told.sigma):
@@ -136,7 +137,7 @@ def _fused(before: Gaussian, told: Gaussian | None) -> Gaussian:
 
 
 def _with_horizon(calibration: Calibration, pitch: Gaussian) -> tuple[GroundPlaneCamera, FloatArray, bool]:
-    """The straight camera with the told pitch, the covariance of its support rows, and whether it moved."""
+    """The straightened camera with the new pitch, covariance of its support rows, and whether it moved."""
     camera = calibration.camera
     support_m = np.array(calibration.support_distances_m) + calibration.reference_offset_m
     by_rows = _by_unknowns(camera) @ np.linalg.inv(row_jacobian(camera, support_m))
@@ -164,7 +165,7 @@ def _with_horizon(calibration: Calibration, pitch: Gaussian) -> tuple[GroundPlan
 
 
 def _by_unknowns(camera: GroundPlaneCamera) -> FloatArray:
-    """(3, 3) derivatives of what is fused by the unknowns of `row_jacobian`."""
+    """(3, 3) derivatives of the fused quantities by the unknowns of `row_jacobian`."""
     tangent, focal_px = math.tan(camera.pitch_rad), camera.focal_y_px
     return np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [focal_px, focal_px * tangent, 1.0]])
 
@@ -175,11 +176,11 @@ def _turned(
     """Pitch, yaw and roll of the real camera.
 
     Args:
-        calibrated_rad: pitch of the real camera as it was made straight.
-        before: how else it was turned.
-        pitch_rad: of the straight camera, as it is by now.
-        yaw_rad: likewise.
-        roll_rad: likewise.
+        calibrated_rad: pitch of the real camera when its pictures were straightened.
+        before: its yaw and roll then.
+        pitch_rad: present pitch of the straightened camera.
+        yaw_rad: present yaw of the straightened camera.
+        roll_rad: present roll of the straightened camera.
     """
     straight = turn(pitch_rad, Orientation(yaw_rad, roll_rad)) @ turn(calibrated_rad, before)
     sine, cosine = math.sin(pitch_rad), math.cos(pitch_rad)

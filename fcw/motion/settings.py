@@ -1,4 +1,4 @@
-"""What own motion goes by: physical beliefs with their sources, and what bounds its cost."""
+"""Settings of own motion: physical quantities with their sources, and what bounds its cost."""
 
 import math
 from dataclasses import dataclass
@@ -8,40 +8,42 @@ from fcw.motion.bend.turn import LARGEST_SIGMA_RADPS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionSettings:
-    """Beliefs of the estimator of own motion.
+    """Settings of the estimator of own motion.
 
     `kitti-odometry-03` was at hand when the numbers were chosen; nothing was fitted to it.
 
     Attributes:
-        working_width_px: pictures are made smaller by a whole factor to about this width.
-        cell_px: one corner is looked for in each cell of the small picture.
-        road_points: the most points of the road that are followed; it bounds the cost.
-        other_points: the most other points that are followed, likewise.
-        faintest: corners whose grey values change by less than this (mean square) are noise of about 2 grey
-            values.
-        least_roundness: a corner that is less round is an edge, and left out. Edges along the road look the
-            same wherever we are: what little can be followed on them stays in the picture, and would say that
-            we are slow.
-        largest_difference: the largest mean difference between a window and where it went, as a part of its
-            contrast. Beyond, it is another place.
-        window_px: side of the window that is followed.
+        working_width_px: pictures are reduced by a whole factor to about this width.
+        cell_px: width and height of a cell of the small picture, in which one corner is looked for.
+        road_points: the largest number of points on the road; it bounds the cost.
+        other_points: the largest number of points off the road; it bounds the cost.
+        faintest: corners whose grey values change by less than this (mean square) may be noise of about 2
+            grey values.
+        least_roundness: a corner with a smaller ratio of eigenvalues is an edge, and not used. Edges along
+            the road look the same wherever we are. Points tracked on them seem to stand still, which would
+            make us seem slow.
+        largest_difference: the largest mean difference between a point's window and the window it was tracked
+            to, as a fraction of the contrast. If it is larger, tracking failed.
+        window_px: side of the window around a tracked point.
         levels: levels of the pyramid above the small picture. A prediction may be off by about 2^levels times
             half the window.
-        shortest_step_s: pictures closer in time than this to the last one used are left out. Of 48 to 60 a
-            second every fourth is used: where they were made of 25 or 30, every second one may be a blend.
-        longest_step_s: pictures farther apart than this show too little of the same.
-        repeated_s: a picture like the last one is left out as repeated (the video was made from one with
-            fewer pictures) for up to this time; after that, we stand.
-        place_sigma_px: 1-sigma of a followed point in the small picture, including what it has in common with
-            its neighbours.
-        scales: scales of the robust weights of points, in sigmas, one for each step of the solver.
-        road_half_width_m: the road is taken as flat this far to either side; kerbs and ditches begin beyond.
-        road_near_m: nearest distance at which the road is looked at.
-        road_far_m: farthest distance, likewise: beyond it one pixel is more than 5 % of the distance.
-        largest_growth: a point that grows by more than this between two pictures is too coarse in the first
-            one to be found again.
-        unevenness: 1-sigma of the road, as a part of the inverse depth: 3 cm below a camera 1.5 m high are 2
-            %.
+        shortest_step_s: pictures closer in time than this to the last one used are skipped. At 48 to 60
+            frames per second every fourth is used: if they were made from 25 or 30, every second one may be a
+            blend.
+        longest_step_s: pictures farther apart in time than this share too little.
+        repeated_s: a picture equal to the last one is skipped as repeated (the video was made from one with a
+            lower frame rate) for up to this time; after that, we stand.
+        place_sigma_px: 1-sigma of a tracked point in the small picture, including the error that it shares
+            with its neighbours.
+        scales: scales of the points' robust weights, in sigmas, one for each step of the solver.
+        road_half_width_m: the road is assumed flat this far to either side; kerbs and ditches begin beyond.
+        road_near_m: nearest distance at which points on the road are used.
+        road_far_m: farthest distance at which they are used. Beyond it, one pixel is more than 5 % of the
+            distance.
+        largest_growth: a point that grows by more than this between two pictures cannot be tracked, as its
+            window in the first picture is too coarse.
+        unevenness: 1-sigma of the road's inverse depth, as a fraction of it: 3 cm of unevenness below a
+            camera 1.5 m high is 2 %.
         far_inverse_depth: guess of the inverse depth of a point that is not on the road, 1/m.
         far_inverse_depth_sigma: 1-sigma of `far_inverse_depth`.
         acceleration_sigma_mps2: 1-sigma of the own acceleration (Singer 1970).
@@ -50,67 +52,69 @@ class MotionSettings:
         calibration_pitch_sigma_rad: 1-sigma of the pitch of calibrations in use: people park on ramps and
             load the boot.
         calibration_yaw_sigma_rad: 1-sigma of their yaw: cameras are mounted by eye.
-        calibration_roll_sigma_rad: 1-sigma of their roll, likewise.
-        mount_drift_rad_per_sqrt_s: random walk of the angles of the mount, by load and warmth.
+        calibration_roll_sigma_rad: 1-sigma of their roll.
+        mount_drift_rad_per_sqrt_s: random walk of the angles of the mount, due to load and temperature.
         fast_pitch_sigma_rad: 1-sigma of the pitch of the body on its springs.
         fast_pitch_s: correlation time of that pitch.
-        slope_turn_rad: 1-sigma of the turn in pitch between two pictures that is the road's own.
-        roll_turn_sigma_radps: 1-sigma of the rolling of the body.
-        heave_mps: 1-sigma of the camera's speed up and down, which moves the focus of expansion.
-        slip_mps: 1-sigma of the camera's speed sideways.
-        axle_m: distance of the camera ahead of the rear axle, less the slip of the tyres. Only the rear axle
-            moves in the direction in which the vehicle points.
+        slope_turn_rad: 1-sigma of the change of pitch between two pictures that is due to the road's slope.
+        roll_turn_sigma_radps: 1-sigma of the roll rate of the body.
+        heave_mps: 1-sigma of the camera's vertical speed, which moves the focus of expansion.
+        slip_mps: 1-sigma of the camera's lateral speed.
+        axle_m: distance of the camera ahead of the rear axle, reduced for the slip of the tyres. Only the
+            rear axle moves in the direction in which the vehicle points.
         axle_sigma_m: 1-sigma of `axle_m`.
-        travel_part: 1-sigma of the travel between two pictures, as a part of it: the road under the points is
-            not exactly the plane below the wheels.
-        road_roll_sigma_rad: 1-sigma of the roll of the road ahead against the plane below the wheels.
-        road_pitch_sigma_rad: 1-sigma of its pitch, likewise.
-        verge_roll_sigma_rad: 1-sigma of an error of the roll that lasts for the whole drive: kerbs stand and
-            verges slope, and are followed with the road. On 27 clips, most of them of cameras that look
-            level, the roll ended at -5 to 8 degrees, 2.2 in the root mean square.
-        known_part: the speed is known while its 1-sigma is below this part of it, or below `known_mps`.
+        travel_part: 1-sigma of the travel between two pictures, as a fraction of it, because the road under
+            the points is not exactly the plane below the wheels.
+        road_roll_sigma_rad: 1-sigma of the roll of the road ahead relative to the plane below the wheels.
+        road_pitch_sigma_rad: 1-sigma of its pitch relative to that plane.
+        verge_roll_sigma_rad: 1-sigma of a constant error of the roll, because points on raised kerbs and
+            sloping verges are used with those on the road. On 27 clips, most of them from level cameras, the
+            roll ended at -5 to 8 degrees, with a root mean square of 2.2.
+        known_part: the speed is known while its 1-sigma is below this fraction of it, or below `known_mps`.
         known_mps: see `known_part`.
-        lost_part: the speed is searched for anew when its 1-sigma is above this part of it and above
-            `lost_mps`.
+        lost_part: the speed is lost, and searched for again, when its 1-sigma is above this fraction of it
+            and above `lost_mps`.
         lost_mps: see `lost_part`.
-        fewest_points: two pictures with fewer inlying points of the road than this say nothing.
-        fewest_inlying: the smallest part of all points that must be inlying, likewise.
-        sure_part: if a smaller part of the road's points and a smaller part of the others is inlying, another
-            speed may be true.
-        least_road_part: so it may if a smaller part than this of the road's points alone is inlying.
-        turn_points: the fewest inlying points off the road from which two pictures tell how we turn.
-        known_turn_radps: the turn is known while its 1-sigma is below this.
-        standing_mps: a speed below this is believed only if the picture agrees as a whole: `standing_part` of
-            its points, of all and of the road's, and at least `standing_points`. In the dark there is little
-            but lamps and reflections in the windscreen.
+        fewest_points: least number of inliers on the road for a motion between two pictures.
+        fewest_inlying: least fraction of inliers among all points for a motion between two pictures.
+        sure_part: another speed may be right if the fraction of inliers is smaller than this, both on the
+            road and elsewhere.
+        least_road_part: another speed may also be right if the fraction of inliers on the road is smaller
+            than this.
+        turn_points: least number of inliers off the road for a yaw rate between two pictures.
+        known_turn_radps: the yaw rate is known while its 1-sigma is below this.
+        standing_mps: a speed below this is accepted only if the picture agrees as a whole: `standing_part` of
+            all points and of the road's, and at least `standing_points`. In the dark, there is often little
+            more than lamps and reflections on the windscreen.
         standing_part: see `standing_mps`.
         standing_points: see `standing_mps`.
         still_mps: below this speed we stand, and the picture must not move.
-        search_s: shortest time between two searches for another speed: a search takes as long as ten
+        search_s: shortest time between two searches for another speed, as a search costs as much as ten
             pictures.
         lost_search_s: the same while the speed is unknown.
         supposed_mps: the speeds that a search tries.
         supposed_sigma_mps: 1-sigma of each of them.
-        first_evidence: logarithm of the odds against chance from which a speed that was found is believed.
-        other_evidence: logarithm of the odds against the present speed from which another one is believed.
-        jump_sigmas: pictures that would move the speed by more than this many of its sigmas, and more than
-            `jump_mps`, are misread: a few points of a plain road, or of a shadow, agree by chance. Chosen on
-            strangers' clips (docs/figures/own-motion.md).
+        first_evidence: log odds against chance from which a first speed is accepted.
+        other_evidence: log odds against the present speed from which another one is accepted.
+        jump_sigmas: a step that would change the speed by more than this many of its sigmas, and by more than
+            `jump_mps`, is rejected: a few points of a plain road, or of a shadow, may agree by chance. Chosen
+            on strangers' clips (docs/figures/own-motion.md).
         jump_mps: see `jump_sigmas`.
-        confirmed_s: another speed is looked for once pictures have doubted the present one for this long. One
-            that was found is known once they have told it for as long.
-        grey_sigma: 1-sigma of a grey value, by noise, compression and what the window sees from elsewhere. It
-            says how well a place is known, along an edge and across it.
-        first_trust: trust in a cell of the picture of which nothing is known yet: the part of the time in
-            which its points keep to the motion.
-        least_trust: a cell with less trust is left alone, until its trust comes back.
-        trust_s: time constant with which trust follows what is seen.
-        trust_lasts_s: time constant with which trust is forgotten.
-        learns_above_mps: trust and mount are learnt only above this speed; standing proves nothing.
-        asks_direction: whether the point that we drive to is looked for; else steps alone teach the mount.
-        asks_road: whether the road as a whole is asked for the speed when its points do not tell it.
-        mount_after_s: what pictures tell of the mount counts once they have told one speed for this long, and
-            is forgotten if they stop before: a speed found by chance turns the mount by degrees.
+        confirmed_s: another speed is searched for once the pictures have doubted the present one for this
+            long. A new speed is known once they have supported it for as long.
+        grey_sigma: 1-sigma of a grey value, due to noise, compression and other objects in the window. It
+            determines how well a point is located, along an edge and across it.
+        first_trust: initial trust in a cell of the picture. Trust is the fraction of the time in which the
+            cell's points are inliers.
+        least_trust: a cell with less trust is not used until its trust has recovered.
+        trust_s: time constant with which trust is updated.
+        trust_lasts_s: time constant with which trust returns to `first_trust`.
+        learns_above_mps: trust and mount are learned only above this speed; at standstill nothing moves.
+        asks_direction: whether the direction of travel is looked for (`fcw.motion.travel`). If not, the mount
+            is learned only from the motion between pictures.
+        asks_road: whether the road as a whole is used for the speed if its points do not give one.
+        mount_after_s: the mount is learned only once the speed has been known for this long. If it is lost
+            before, what was learned is discarded: a wrong speed, found by chance, turns the mount by degrees.
     """
 
     working_width_px: int = 640

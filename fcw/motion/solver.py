@@ -1,19 +1,20 @@
-"""Motion between two pictures from points that were followed: rotation, travel, its direction, the road.
+"""Motion between two pictures from tracked points: rotation, travel and its direction, and the road's plane.
 
-All is in level axes (x right, y down, z forward) that belong to the calibrated camera. A point on a ray q
-with q_z = 1 and the inverse depth rho is seen, after the camera moved by t and turned by w, along
+Everything is in level axes (x right, y down, z forward) of the calibrated camera. A point on a ray q with q_z
+= 1 and the inverse depth rho is seen, after the camera moved by t and turned by w, along
 
     Z = exp(-[w]) (q - rho t)        t = s (a, -b, 1)
 
-(Longuet-Higgins & Prazdny 1980). Of the road rho = n q / h with its normal n = (c, 1, p), so that the flow
-of the road says how far we went, in units of the camera's height (Kitt, Geiger & Lategahn 2010; Song &
-Chandraker 2014). The depth of everything else is a guess with a wide sigma: while we move, such a point
-speaks of the rotation and the direction alone, across its epipolar line; while we stand, along it too.
+(Longuet-Higgins & Prazdny 1980). For the road, rho = n q / h with its normal n = (c, 1, p), so that the flow
+of the road tells how far we moved, in units of the camera's height (Kitt, Geiger & Lategahn 2010; Song &
+Chandraker 2014). The depth of all other points is a guess with a wide sigma. While we move, such a point only
+tells the rotation and the direction, by its motion across its epipolar line; while we stand, its motion along
+the line counts too.
 
-The unknowns are w (3), the travel s, and the angles a (yaw of the camera), b (its pitch against the
-direction of travel), p (its pitch against the road) and c (its roll against it). They have a prior; the
-solution is that of Gauss and Newton with weights by Geman & McClure (1987), whose scale shrinks from a coarse
-to a fine one.
+The unknowns are w (3), the travel s, and the angles a (yaw of the camera), b (its pitch relative to the
+direction of travel), p (its pitch relative to the road) and c (its roll relative to the road). They have a
+prior. They are solved for by Gauss-Newton steps with Geman-McClure weights (1987), whose scale shrinks from
+coarse to fine.
 """
 
 from typing import NamedTuple
@@ -27,24 +28,25 @@ from fcw.kernels.jit import kernel
 from fcw.kernels.linear import eliminate
 
 PITCH_TURN, YAW_TURN, ROLL_TURN, TRAVEL, YAW, PITCH, ROAD_PITCH, ROAD_ROLL = range(8)
-"""Places of the unknowns: the first three are the rotation about x, y and z."""
+"""Indices of the unknowns; the first three are the rotation about x, y and z."""
 UNKNOWNS = 8
 FAR = 0.005
-"""1/m, and 1-sigma of it: what is 200 m away."""
+"""Inverse depth of the far background, 1/m, and its 1-sigma: 200 m."""
 OUTLIERS = 0.3
-"""This part of the points may be anywhere: on other vehicles, their shadows, on the windscreen."""
+"""Fraction of the points that are expected to be outliers: on other vehicles, their shadows, or the
+windscreen."""
 ASTRAY = 0.02
-"""Anywhere in an area so large, in units of the rays: 8 degrees square."""
+"""Area over which outliers are spread, in units of the rays: 8 degrees square."""
 
 
 class Solution(NamedTuple):
-    """What two pictures say.
+    """The motion between two pictures.
 
     Attributes:
-        unknowns: (8,) the mode, prior and points together.
-        information: (8, 8) of the points alone.
+        unknowns: (8,) most probable unknowns, given prior and points.
+        information: (8, 8) information matrix of the points alone.
         inlying: (N,) weight of each point, 0 to 1.
-        evidence: how much likelier the points are than all being astray, as a logarithm.
+        evidence: log likelihood ratio of the points under this motion and as outliers.
     """
 
     unknowns: FloatArray
@@ -68,8 +70,7 @@ def _accumulate(
     gradient: FloatArray,
     inlying: FloatArray,
 ) -> float:  # pragma: no cover - compiled
-    """Sums of the weighted normal equations at `unknowns`; returns how much likelier
-    the points are than all being astray, as a logarithm."""
+    """Sum up the weighted normal equations at `unknowns`; returns the evidence, see `Solution`."""
     wx, wy, wz, travel, yaw, pitch, road_pitch, road_roll = unknowns
     tx, ty, tz = travel * yaw, -travel * pitch, travel
     # exp(-[w]) by Rodrigues.
@@ -97,19 +98,19 @@ def _accumulate(
         if zz < 0.05 or (road[i] and rho <= 0):
             continue
         u, v = zx / zz, zy / zz
-        # By Z: du = (dZx - u dZz) / Zz; and dZ = Z x dw for a turn.
+        # Derivatives by Z: du = (dZx - u dZz) / Zz; and dZ = Z x dw for a rotation.
         # Z x e_x = (0, Zz, -Zy); Z x e_y = (-Zz, 0, Zx); Z x e_z = (Zy, -Zx, 0).
         jx[0], jy[0] = u * zy / zz, 1.0 + v * zy / zz
         jx[1], jy[1] = -1.0 - u * zx / zz, -v * zx / zz
         jx[2], jy[2] = zy / zz, -zx / zz
-        # By t: dZ = -rho R dt.
+        # Derivatives by t: dZ = -rho R dt.
         ax, ay = -rho * (r00 - u * r20) / zz, -rho * (r10 - v * r20) / zz
         bx, by = -rho * (r01 - u * r21) / zz, -rho * (r11 - v * r21) / zz
         cx, cy = -rho * (r02 - u * r22) / zz, -rho * (r12 - v * r22) / zz
         jx[3], jy[3] = ax * yaw - bx * pitch + cx, ay * yaw - by * pitch + cy
         jx[4], jy[4] = travel * ax, travel * ay
         jx[5], jy[5] = -travel * bx, -travel * by
-        # By rho: dZ = -R t drho.
+        # Derivatives by rho: dZ = -R t drho.
         sx, sy, sz = (
             r00 * tx + r01 * ty + r02 * tz,
             r10 * tx + r11 * ty + r12 * tz,
@@ -124,7 +125,7 @@ def _accumulate(
             jx[6], jy[6], jx[7], jy[7] = 0.0, 0.0, 0.0, 0.0
             spread = depth_sigma[i]
         ex, ey = after[i, 0] - u, after[i, 1] - v
-        # Inverse of the place's covariance plus spread^2 g g' (Sherman & Morrison 1950).
+        # Inverse of the point's covariance plus spread^2 g g' (Sherman & Morrison 1950).
         pxx, pyy, pxy = place_precision[i, 0], place_precision[i, 1], place_precision[i, 2]
         hx, hy = pxx * gx + pxy * gy, pxy * gx + pyy * gy
         widened = 1 + spread * spread * (gx * hx + gy * hy)
@@ -136,7 +137,7 @@ def _accumulate(
         inlying[i] = weight
         density = np.sqrt((pxx * pyy - pxy * pxy) / widened) / (2 * np.pi) * np.exp(-mahalanobis / 2)
         if not road[i]:
-            # Much of the background is far away: half of it, and then it hardly moves by the travel.
+            # Half of the background is assumed to be far away, where it hardly moves due to the travel.
             fx, fy = ex - gx * (FAR - rho), ey - gy * (FAR - rho)
             widened = 1 + FAR * FAR * (gx * hx + gy * hy)
             along = FAR * FAR / widened
@@ -174,9 +175,10 @@ def _solve(
     hessian: FloatArray,
     inlying: FloatArray,
 ) -> float:  # pragma: no cover - compiled
-    """As `solve`, with the inverse of the prior's covariance; `unknowns` are where it begins, and its result.
+    """The compiled part of `solve`; `precision` is the inverse of the prior's covariance.
 
-    `hessian` and `inlying` are those of the last step, as is the evidence that is returned.
+    `unknowns` holds the start and becomes the result. `hessian`, `inlying` and the returned evidence are
+    those of the last step.
     """
     gradient, matrix = np.empty(UNKNOWNS), np.empty((UNKNOWNS, UNKNOWNS))
     evidence = 0.0
@@ -221,15 +223,15 @@ def solve(
 
     Args:
         before: (N, 2) rays x / z and y / z in the first picture.
-        after: (N, 2) in the second.
-        road: (N,) which are of the road.
-        inverse_depth: (N,) 1/m guessed for the others.
-        depth_sigma: (N,) 1-sigma of that; of the road's its relative unevenness.
-        place_precision: (N, 3) xx, yy and xy of the inverse covariance of the second places.
-        height_m: of the camera above the road.
+        after: (N, 2) rays in the second picture.
+        road: (N,) which points are on the road.
+        inverse_depth: (N,) guessed inverse depth of the others, 1/m.
+        depth_sigma: (N,) 1-sigma of the inverse depth; for points on the road, relative to it.
+        place_precision: (N, 3) xx, yy and xy of the inverse covariance of `after`.
+        height_m: height of the camera above the road.
         prior: (8,) mean of the unknowns.
-        prior_covariance: (8, 8).
-        scales: of the weights, in sigmas, one for each step.
+        prior_covariance: (8, 8) covariance of the unknowns.
+        scales: scales of the weights, in sigmas, one for each step.
     """
     unknowns, hessian, inlying = prior.copy(), np.empty((UNKNOWNS, UNKNOWNS)), np.empty(len(before))
     precision = np.linalg.inv(prior_covariance)

@@ -1,4 +1,5 @@
-"""Between the small picture and the road: rays in level axes, and places of points of the road."""
+"""Conversions between the small picture and the road: rays in level axes, and pixels of points on the
+road."""
 
 import math
 from dataclasses import dataclass, replace
@@ -11,19 +12,19 @@ from fcw.camera.ground_plane import FloatArray, GroundPlaneCamera
 
 @dataclass(frozen=True, slots=True)
 class RoadView:
-    """How the road shows in a picture made smaller by a whole factor.
+    """How the road appears in a picture that was reduced by a whole factor.
 
-    Level axes (x right, y down, z forward) belong to the calibrated camera; the road is level in them but for
-    the two angles.
+    The level axes (x right, y down, z forward) are those of the calibrated camera. The road is level in them
+    except for the two angles.
 
     Attributes:
-        focal_px: of the small picture.
-        column_px: of the optical axis in it.
-        row_px: likewise.
-        pitch_rad: of the camera as calibrated.
-        height_m: of it.
-        road_pitch_rad: how much lower the camera looks against the road than it was calibrated to.
-        road_roll_rad: how much it is rolled to the right.
+        focal_px: focal length in the small picture.
+        column_px: column of the optical axis in it.
+        row_px: row of the optical axis in it.
+        pitch_rad: calibrated pitch of the camera.
+        height_m: height of the camera.
+        road_pitch_rad: how much lower the camera looks, relative to the road, than when it was calibrated.
+        road_roll_rad: how far it is rolled to the right relative to the road.
     """
 
     focal_px: float
@@ -36,7 +37,7 @@ class RoadView:
 
     @classmethod
     def of(cls, camera: GroundPlaneCamera, factor: int) -> "RoadView":
-        """The view of a camera as calibrated, for its pictures made smaller by a factor."""
+        """The view of a calibrated camera in pictures reduced by a factor."""
         return cls(
             camera.focal_y_px / factor,
             (camera.principal_column_px + 0.5) / factor - 0.5,
@@ -46,11 +47,11 @@ class RoadView:
         )
 
     def turned(self, road_pitch_rad: float, road_roll_rad: float) -> "RoadView":
-        """The same view, of a road with these two angles."""
+        """The same view with these two angles of the road."""
         return replace(self, road_pitch_rad=road_pitch_rad, road_roll_rad=road_roll_rad)
 
     def rays(self, places: NDArray[np.float32]) -> FloatArray:
-        """(N, 2) x / z and y / z in level axes of (N, 2) places."""
+        """(N, 2) rays x / z and y / z in level axes of (N, 2) pixels."""
         x = (places[:, 0] - self.column_px) / self.focal_px
         y = (places[:, 1] - self.row_px) / self.focal_px
         sine, cosine = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
@@ -70,11 +71,11 @@ class RoadView:
     def places(
         self, lateral_m: FloatArray, distance_m: FloatArray
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Columns and rows of points of the road, lateral positive to the left; arrays of one shape."""
+        """Columns and rows of points on the road, lateral positive to the left; the arrays are broadcast."""
         lateral_m, distance_m = np.broadcast_arrays(lateral_m, distance_m)
         below_m = self.height_m + self.road_roll_rad * lateral_m - self.road_pitch_rad * distance_m
         return self.project(-lateral_m, below_m, distance_m)
 
     def inverse_depth(self, rays: FloatArray) -> FloatArray:
-        """(N,) 1/m of the road along (N, 2) rays; negative above the horizon."""
+        """(N,) inverse depth of the road along (N, 2) rays, 1/m; negative above the horizon."""
         return (self.road_roll_rad * rays[:, 0] + rays[:, 1] + self.road_pitch_rad) / self.height_m

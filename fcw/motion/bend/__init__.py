@@ -1,1 +1,1 @@
-"""How we turn, and how the bend grows."""
+"""How we turn, and how the curvature of our path changes."""

@@ -1,8 +1,8 @@
-"""How the bend grows: who steers into a bend will be farther in it in a moment.
+"""How the yaw rate changes: a driver who steers into a bend will soon be farther in it.
 
-Roads are laid out, and driven, so that the curvature grows steadily along them (clothoids). The way ahead is
-then no parabola; the one that fits it at the farthest point that counts has the curvature that is reached
-after a third of the way, as y''' x^3 / 6 says.
+Roads are laid out, and driven, so that the curvature changes linearly along them (clothoids). The path ahead
+is then no parabola. A parabola that meets it at the farthest relevant point has the curvature that is reached
+after a third of the way, as follows from y''' x^3 / 6.
 """
 
 import math
@@ -10,26 +10,26 @@ import math
 from fcw.motion.bend.turn import USUAL_MPS
 
 JERK_MPS3 = 0.5
-"""1-sigma of the jerk across the road while a bend begins or ends: felt, and still comfortable."""
+"""1-sigma of the lateral jerk at the beginning or end of a bend: noticeable, but still comfortable."""
 SLOWEST_MPS = 5.0
-"""Slower, nobody turns more quickly than at this speed."""
+"""Below this speed, the curvature changes no faster than at this speed."""
 LASTS_S = 1.0
-"""How long it lasts (Singer 1970)."""
+"""Correlation time of the change of the yaw rate (Singer 1970)."""
 ERRORS_LAST_S = 0.3
 """Correlation time of the errors of the yaw rate."""
 AHEAD_S = 0.8
-"""A third of the time in which a warning is due, 2 to 3 s."""
+"""A third of the 2 to 3 s before contact in which a warning is due."""
 LONGEST_STEP_S = 2.0
-"""After a longer gap all begins anew."""
+"""After a longer gap, the filter starts anew."""
 
 
 def growth_sigma_per_m2(speed_mps: float | None) -> float:
-    """1-sigma of how the curvature of a road grows along it, by our speed on it; None when unknown."""
+    """1-sigma of the change of a road's curvature per metre, given our speed on it (None when unknown)."""
     return JERK_MPS3 / max(USUAL_MPS if speed_mps is None else speed_mps, SLOWEST_MPS) ** 3
 
 
 class Turning:
-    """The change of the yaw rate of one drive: a Kalman filter."""
+    """Kalman filter of the yaw rate and its change over one drive."""
 
     def __init__(self) -> None:
         self._time_ns: int | None = None
@@ -37,10 +37,10 @@ class Turning:
         self._rr = self._rc = self._cc = 0.0
 
     def update(self, time_ns: int, speed_mps: float | None, rate_radps: float | None, sigma: float) -> float:
-        """Take speed and yaw rate at a time, None where unknown, and the 1-sigma of the yaw rate, rad/s.
+        """Update with speed and yaw rate (None when unknown) and the 1-sigma of the yaw rate, rad/s.
 
         Returns:
-            By how much the yaw rate will have changed in `AHEAD_S`, in rad/s; 0 where nothing is known.
+            Predicted change of the yaw rate in `AHEAD_S`, in rad/s; 0 if unknown.
         """
         if speed_mps is None or rate_radps is None:
             self._time_ns, self._change_radps2 = None, 0.0

@@ -102,7 +102,7 @@ class Doubts:
         self._places = {one.track_id: (one.confirmed and not one.doubtful, one.box) for one in followed}
 
     def _is_announced(self, time_ns: int, one: Followed, followed: Sequence[Followed]) -> bool:
-        """Whether it came from where vehicles come from."""
+        """Whether it appeared where vehicles come into the picture."""
         settings, box = self._settings, one.box
         assert self._first_ns is not None
         margin_px = settings.side_part * self._width_px
@@ -112,7 +112,7 @@ class Doubts:
             or box.x <= margin_px - 0.5
             or box.right >= self._width_px - 0.5 - margin_px
             or any(_touch(box, lost) for _, lost in self._lost)
-            # From behind a nearer vehicle.
+            # It came out from behind a nearer vehicle.
             or any(
                 other is not one
                 and self._since_ns.get(other.track_id, 0) is None
@@ -123,7 +123,7 @@ class Doubts:
         )
 
     def _is_none_after_all(self, one: Followed, followed: Sequence[Followed]) -> bool:
-        """Whether what was believed, and was never well found, is hardly detected, or seen through."""
+        """Whether a believed vehicle that was never found well is hardly detected now, or seen through."""
         if one.track_id in self._well_found or one.state.distance_m >= self._settings.far_m:
             return False
         return one.found_lately < self._settings.kept_part or any(
@@ -131,9 +131,9 @@ class Doubts:
         )
 
     def _look_through(self, time_ns: int, followed: Sequence[Followed]) -> None:
-        """Take who was found where a nearer one would hide it.
+        """Record which vehicles were found in this frame where a nearer one would hide them.
 
-        Found before that one came there it says nothing: who cuts in hides the lead from that moment on.
+        Only this frame's detections count: a vehicle that cuts in hides the lead from that moment on.
         """
         settings = self._settings
         latest_ns = time_ns - settings.through_s * 1e9
