@@ -6,6 +6,7 @@ with `"ignore": true` is neither a vehicle to learn from nor background. `rear_b
 vehicle that is seen from a corner: who finds that has found the vehicle too.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -151,6 +152,12 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
     try:
         content = read_coco(labels)
         pictures = {image["id"]: image for image in content["images"]}
+        if len(pictures) < len(content["images"]):
+            ((identity, count),) = Counter(image["id"] for image in content["images"]).most_common(1)
+            raise UserError(
+                f"{labels}: {count} images have the id {identity}, so nobody knows whose boxes are whose; "
+                "expected one id for each image: where labels were joined, number the images of one file anew"
+            )
         annotations: dict[Any, list[dict[str, Any]]] = {identity: [] for identity in pictures}
         for annotation in vehicle_annotations(content):
             if annotation["image_id"] not in annotations:

@@ -160,6 +160,15 @@ def test_wrong_labels_are_refused_by_name(labels, tmp_path, content, message):
         read_labels(labels(content), tmp_path)
 
 
+def test_images_with_the_same_id_are_refused_as_one_of_them_would_be_lost(labels, tmp_path):
+    content = coco((1, 2, 3, 4))
+    content["images"].append(content["images"][0] | {"file_name": "other/000.png"})
+    with pytest.raises(
+        UserError, match=r"labels\.json: 2 images have the id 7.*number the images of one file"
+    ):
+        read_labels(labels(content), tmp_path)
+
+
 def test_an_ignored_box_without_area_is_dropped(labels, tmp_path):
     (image,) = read_labels(labels(coco((5, 5, 0, 0), (1, 2, 3, 4), ignored=(0,))), tmp_path)
     assert image.boxes.tolist() == [[1, 2, 3, 4]]
