@@ -33,22 +33,27 @@ MISPLACED_MAX_IOU = 0.45
 
 MOST_BOXES = 2000
 """In one picture: every box is compared with every other."""
-NO_BOX = (float("nan"),) * 4
-PEOPLE = {"person", "people", "pedestrian", "child", "rider", "cyclist"}
-NO_VEHICLES = PEOPLE | {
-    "animal",
-    "bird",
-    "cat",
-    "dog",
-    "horse",
-    "train",
-    "traffic_light",
-    "traffic_sign",
-    "stop_sign",
+PEOPLE = {"person", "people", "pedestrian", "child", "rider", "cyclist", "biker", "motorcyclist"}
+ANIMALS = {"animal", "bird", "cat", "dog", "horse", "sheep", "cow"}
+ROADSIDE = {
+    "sign",
+    "stopsign",
+    "trafficcone",
+    "cone",
+    "barrier",
+    "pole",
+    "firehydrant",
+    "parkingmeter",
+    "bench",
 }
-"""Categories of COCO, KITTI, BDD100K and Cityscapes, on roads and beside them, that are no vehicles ahead."""
+NO_VEHICLES = PEOPLE | ANIMALS | ROADSIDE | {"train"}
+"""Categories of COCO, KITTI, BDD100K, Cityscapes, nuImages, Waymo and Udacity, on roads and beside them, that
+are no vehicles ahead, as `category_name` gives them."""
+NO_VEHICLES_BEGIN = ("trafficlight", "trafficsign")
+"""Names of further ones begin so: `trafficLight-Red`."""
 NEITHER = {"bicycle", "bike", "motorcycle", "motorbike", "motor", "dontcare", "misc"}
 """Names of those that are neither hit nor false: two-wheelers, and what nobody labelled one by one."""
+NO_BOX = (float("nan"),) * 4
 """The row of an array of boxes that stands for none."""
 
 
@@ -127,16 +132,21 @@ def vehicle_annotations(content: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     names = {one["id"]: category_name(one) for one in content.get("categories") or ()}
     for annotation in content["annotations"]:
         name = names.get(annotation.get("category_id"), "")
-        if name in NO_VEHICLES:
+        if is_no_vehicle(name):
             continue
         neither = annotation.get("iscrowd") or name in NEITHER
         yield {**annotation, "ignore": True} if neither else annotation
 
 
 def category_name(category: Mapping[str, Any]) -> str:
-    """In lower case, its words joined: `Person_sitting` and `traffic light` begin as others write them."""
-    name = "_".join(str(category.get("name", "")).lower().replace("-", " ").split())
-    return name.removesuffix("_sitting")
+    """Its letters and digits in lower case: `traffic light`, `traffic_light`, `trafficLight` are one name."""
+    name = "".join(filter(str.isalnum, str(category.get("name", "")).lower()))
+    return name.removesuffix("sitting")
+
+
+def is_no_vehicle(name: str) -> bool:
+    """Whether what has this name, of `category_name`, is no vehicle ahead."""
+    return name in NO_VEHICLES or name.startswith(NO_VEHICLES_BEGIN)
 
 
 def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:

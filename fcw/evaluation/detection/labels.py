@@ -13,9 +13,9 @@ from fcw.camera.calibration import Calibration
 from fcw.camera.file import read_calibration
 from fcw.detection.training.dataset import (
     NEITHER,
-    NO_VEHICLES,
     LabelledImage,
     category_name,
+    is_no_vehicle,
     read_coco,
     read_labels,
     vehicle_annotations,
@@ -97,7 +97,8 @@ def read_category(labels: Path) -> int:
     """The id of the labels' first category of vehicles; 1 where none is named."""
     categories = read_coco(labels).get("categories") or [{"id": 1}]
     try:
-        vehicles = (one["id"] for one in categories if category_name(one) not in NO_VEHICLES | NEITHER)
+        named = ((one, category_name(one)) for one in categories)
+        vehicles = (one["id"] for one, name in named if not (name in NEITHER or is_no_vehicle(name)))
         return int(next(vehicles, 1))
     except (AttributeError, KeyError, TypeError, ValueError):
         raise UserError(

@@ -67,6 +67,17 @@ def test_people_are_no_vehicles_and_crowds_and_two_wheelers_are_neither(labels, 
     assert image.ignored.tolist() == [False, True, False, True]
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["traffic_cone", "barrier", "fire hydrant", "parking meter", "bench", "sign", "trafficLight-RedLeft"],
+)
+def test_what_stands_beside_the_road_is_no_vehicle(labels, tmp_path, name):
+    content = coco((1, 2, 3, 4))
+    content["categories"] = [{"id": 1, "name": name}]
+    (image,) = read_labels(labels(content), tmp_path)
+    assert not len(image.boxes)
+
+
 # Which windows may serve as background
 
 
