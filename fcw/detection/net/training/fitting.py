@@ -6,27 +6,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fcw.detection.net.detector import NetDetector, NetSettings
 from fcw.detection.net.model import NetModel
 from fcw.detection.net.onnx_layers import Convolution, read_layers
 from fcw.detection.net.training.background import BackgroundSettings, mined
 from fcw.detection.net.training.batches import BatchSettings, draw_batch
 from fcw.detection.net.training.glancing import GlanceSettings, learn_glance
+from fcw.detection.net.training.left_out import chosen_threshold, some_clips
 from fcw.detection.net.training.network import NetworkSettings, learn
 from fcw.detection.net.training.scenes import Scenes, SceneSettings
 from fcw.detection.net.training.vehicles import Circumstances, Vehicles
 from fcw.detection.training.dataset import TrainingImage
-from fcw.detection.training.dataset import background as is_background
 from fcw.detection.training.looks import Looks
 from fcw.detection.training.settings import PAPERS_FPPI, Progress
-from fcw.errors import UserError
 
 LOOKS = Looks(hazy_part=0.3, clearest=0.15, dark_part=0.25)
 """The nets can tell a vehicle in thicker fog than trees can."""
 GOING_ON_STEPS, GOING_ON_RATE = 0.25, 0.2
 """Parts of the steps and of the learning rate that it takes to go on from what was learnt before."""
-LEFT_OUT_PART = 0.2
-"""Of the pictures, to choose the threshold on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,44 +171,8 @@ def train_net(
         UserError: PyTorch is not installed, or there are too few clips to leave one out.
     """
     if score_threshold is None:
-        left_out = _some_clips(images, settings.seed)
+        left_out = some_clips(images, settings.seed)
         learnt = [image for image in images if image not in left_out]
         first = fit_net(learnt, settings, progress, 0.0, start)
-        score_threshold = _threshold(first, left_out, settings, progress)
+        score_threshold = chosen_threshold(first, left_out, settings.fppi, progress)
     return fit_net(images, settings, progress, score_threshold, start)
-
-
-def _some_clips(images: Sequence[TrainingImage], seed: int) -> list[TrainingImage]:
-    """All pictures of some clips, drawn until they are a fifth of all."""
-    clips = sorted({image.labelled.clip for image in images if image.labelled.complete})
-    if len(clips) < 2:
-        raise UserError(
-            "the labelled pictures are of one clip, so that none can be left out to choose the threshold on; "
-            "label another, or give --score-threshold"
-        )
-    left_out: list[TrainingImage] = []
-    for index in np.random.default_rng(seed).permutation(len(clips))[: len(clips) - 1]:
-        if len(left_out) >= LEFT_OUT_PART * len(images):
-            break
-        left_out += [image for image in images if image.labelled.clip == clips[index]]
-    return left_out
-
-
-def _threshold(
-    model: NetModel, images: Sequence[TrainingImage], settings: NetTrainingSettings, progress: Progress
-) -> float:
-    every = NetSettings(score_threshold=-np.inf)
-    scores: list[float] = []
-    progress.stage("choosing the threshold", len(images))
-    for image in images:
-        found = NetDetector(model, image.calibration, every).detect(image.labelled.read())
-        boxes = np.array([(d.box.x, d.box.y, d.box.w, d.box.h) for d in found]).reshape(-1, 4)
-        labelled = image.labelled
-        false = is_background(boxes, labelled.boxes, labelled.ignored, labelled.rear_boxes)
-        scores += [detection.score for detection, is_false in zip(found, false, strict=True) if is_false]
-        progress.advance()
-    scores.sort(reverse=True)
-    allowed = int(settings.fppi * len(images))
-    threshold = float(np.nextafter(scores[allowed], np.inf)) if len(scores) > allowed else 0.0
-    progress.note(f"score threshold {threshold:.2f}, from {len(images)} pictures left out")
-    return threshold
