@@ -26,6 +26,7 @@ from fcw.detection.net.training.scenes import (
     seen_through,
 )
 from fcw.detection.training.dataset import NO_BOX, LabelledImage, TrainingImage
+from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 PLAIN = SceneSettings(blurred_part=0.0, varied_part=0.0)
@@ -162,3 +163,6 @@ def test_scenes_are_drawn_from_labelled_pictures_with_or_without_vehicles(tmp_pa
     assert sum(bool(np.any(scene.vehicle == 1.0)) for scene in drawn) >= 30
     again = scenes.draw(np.random.default_rng(7))
     assert all(np.array_equal(one, other) for one, other in zip(drawn[7], again, strict=True))
+    small = replace(labelled, boxes=np.array([[150.0, 100.0, 14.0, 13.0]]))
+    with pytest.raises(UserError, match=r"no labelled vehicle to learn from has 14 px.*label larger ones"):
+        Scenes([TrainingImage(small, calibration)], SceneSettings())

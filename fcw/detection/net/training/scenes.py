@@ -19,6 +19,7 @@ from fcw.detection.net.training.lottery import Lottery
 from fcw.detection.net.training.vehicles import drawing_weights
 from fcw.detection.training.dataset import LabelledImage, TrainingImage
 from fcw.detection.training.looks import Looks, vary_looks
+from fcw.errors import UserError
 
 FloatArray = NDArray[np.float32]
 ROWS, COLUMNS = SHOWN.height // CELL_PX, SHOWN.width // CELL_PX
@@ -109,7 +110,11 @@ class Window(NamedTuple):
 
 
 class Scenes:
-    """Scenes of labelled pictures, which it keeps in memory."""
+    """Scenes of labelled pictures, which it keeps in memory.
+
+    Raises:
+        UserError: a picture cannot be read, or no vehicle that counts is large enough.
+    """
 
     def __init__(
         self,
@@ -139,6 +144,11 @@ class Scenes:
             self._vehicles += own
             clips += [labelled.clip] * len(own)
             advance()
+        if not self._vehicles:
+            raise UserError(
+                f"no labelled vehicle to learn from has {LEAST_STORED_PX:g} px as the square root of width "
+                f"times height, in pictures made {STORED_PX} px wide or high at most; label larger ones"
+            )
         self._lottery = Lottery(drawing_weights(clips))
         self._complete = [number for number, labels in enumerate(self._labels) if labels.complete]
 
