@@ -68,7 +68,7 @@ def train(
         folder: where finished stages are kept until the end, so that a killed training goes on; or None.
 
     Raises:
-        UserError: too few pictures, or none holds a vehicle that counts.
+        UserError: too few pictures, or without a fold none holds a vehicle that counts, or background.
     """
     if len(images) < settings.folds:
         raise UserError(f"{len(images)} labelled pictures; expected at least {settings.folds}: label more")
@@ -77,9 +77,10 @@ def train(
         statistics = vehicle_statistics(images)
     except ValueError as error:
         raise UserError(f"{error}; check the calibrations that lie beside the labels") from None
+    fold_of = np.arange(len(images)) * settings.folds // len(images)
+    _check_folds(images, fold_of)
     checkpoints = Checkpoints(folder, repr(settings) + "".join(map(_identity, images)))
     fitter = Fitter(images, statistics, settings, progress, checkpoints)
-    fold_of = np.arange(len(images)) * settings.folds // len(images)
     held_out = _HeldOut(fitter, fold_of)
     for fold in range(settings.folds):
         model = fitter.fit(np.flatnonzero(fold_of != fold), f"fold {fold + 1}")
@@ -111,6 +112,29 @@ def train(
         bottom=bottom,
     )
     return TrainingResult(model, curve, point)
+
+
+def _check_folds(images: Sequence[TrainingImage], fold_of: NDArray[np.int64]) -> None:
+    """See that without any fold there are vehicles to learn, and pictures whose rest is background.
+
+    Raises:
+        UserError: there are not.
+    """
+    for fold in np.unique(fold_of):
+        held, rest = (
+            [image.labelled for image, of in zip(images, fold_of, strict=True) if (of == fold) == is_held]
+            for is_held in (True, False)
+        )
+        if all(labelled.ignored.all() for labelled in rest):
+            missing = "vehicle that counts"
+        elif not any(labelled.complete for labelled in rest):
+            missing = "picture in which every vehicle is labelled"
+        else:
+            continue
+        raise UserError(
+            f"{held[0].path}: without this picture and the next {len(held) - 1}, held out to choose "
+            f"thresholds, no {missing} is left to learn from; label more pictures, of several drives"
+        )
 
 
 def _identity(image: TrainingImage) -> str:

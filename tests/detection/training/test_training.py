@@ -15,7 +15,7 @@ from fcw.camera.ground_plane import GroundPlaneCamera
 from fcw.detection.acf import AcfDetector, AcfSettings
 from fcw.detection.matching import DetectionCurve, OperatingPoint, detection_curve
 from fcw.detection.model import SHIPPED_MODEL_PATH, Model
-from fcw.detection.training.dataset import LabelledImage, read_labels
+from fcw.detection.training.dataset import LabelledImage, TrainingImage, read_labels
 from fcw.detection.training.folders import load_training_set
 from fcw.detection.training.own_data import read_calibration_table
 from fcw.detection.training.training import TrainingResult, TrainingSettings, train
@@ -124,6 +124,22 @@ def test_a_killed_training_goes_on_and_ends_as_an_uninterrupted_one(drawn_set, w
 def test_too_few_pictures_are_refused(drawn_set):
     with pytest.raises(UserError, match="1 labelled pictures; expected at least 2"):
         train(load_training_set(drawn_set)[:1], SETTINGS, Log())
+
+
+def test_a_part_held_out_must_not_hold_all_vehicles_or_all_background(drawn_set):
+    first, *others = sorted(load_training_set(drawn_set), key=lambda image: image.labelled.path)[:4]
+
+    def ignored(image: TrainingImage) -> TrainingImage:
+        return replace(image, labelled=replace(image.labelled, ignored=image.labelled.ignored | True))
+
+    def incomplete(image: TrainingImage) -> TrainingImage:
+        return replace(image, labelled=replace(image.labelled, complete=False))
+
+    name = re.escape(str(first.labelled.path))
+    with pytest.raises(UserError, match=f"{name}: .*the next 1, held out.*no vehicle that counts is left"):
+        train([first, *map(ignored, others)], TINY, Log())
+    with pytest.raises(UserError, match=f"{name}: .*no picture in which every vehicle is labelled is left"):
+        train([first, *map(incomplete, others)], TINY, Log())
 
 
 def test_pictures_whose_vehicles_all_stand_above_the_horizon_are_refused(drawn_set):
