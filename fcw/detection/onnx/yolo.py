@@ -4,12 +4,14 @@ For pictures of H x W the heads have one cell for each 8 x 8, 16 x 16 and 32 x 3
 64 x 64): M = HW/64 + HW/256 + HW/1024 cells in all. With C classes the exported nets put out
 
     YOLOv5          1 x 3M x (5 + C)    middle x, y, width, height, objectness, classes
+    YOLOv6          1 x M x (5 + C)     likewise, the objectness of all being 1
     YOLOv8 and on   1 x (4 + C) x M     middle x, y, width, height, classes
     YOLOX           1 x M x (5 + C)     as YOLOv5; offsets from the cell and logarithms of sizes, in cells
     end to end      1 x N x 6           left, top, right, bottom, score, class (YOLOv10, YOLO26)
 
 in pixels of what they were shown, whose first pixel begins at 0. Sources: ultralytics/yolov5 `export.py` and
-`utils/augmentations.py`, ultralytics/ultralytics `engine/exporter.py` and `data/augment.py`,
+`utils/augmentations.py`, meituan/YOLOv6 `yolov6/models/effidehead.py` and `yolov6/core/inferer.py`,
+ultralytics/ultralytics `engine/exporter.py` and `data/augment.py`,
 Megvii-BaseDetection/YOLOX `yolox/utils/demo_utils.py` and `yolox/data/data_augment.py`.
 """
 
@@ -34,6 +36,7 @@ class Layout(StrEnum):
     """How an exported net writes its boxes."""
 
     YOLOV5 = "YOLOv5"
+    YOLOV6 = "YOLOv6"
     YOLOV8 = "YOLOv8"
     YOLOX = "YOLOX"
     YOLOX_DECODED = "YOLOX, decoded"
@@ -57,6 +60,8 @@ def recognise(output: NDArray[np.floating], shown: ImageSize) -> Layout | None:
         if columns == cells and rows > 4:
             return Layout.YOLOV8
         if rows == cells and columns > 5:
+            if (output[0, :, 4] == 1.0).all():  # objectness, which YOLOv6 does not tell
+                return Layout.YOLOV6
             # Exported with decode_in_inference the middles are in pixels, and those of the cells at the right
             # are near the right edge; raw ones are within a few cells of their own.
             decoded = output[0, :, 0].max() > shown.width / min(strides)

@@ -63,8 +63,11 @@ def output_of(layout: Layout, puts: Sequence[Put], classes: int = 80) -> np.ndar
         return rows[None]
     objectness = 0 if layout is Layout.YOLOV8 else 1
     rows = np.zeros((3 * CELLS if layout is Layout.YOLOV5 else CELLS, 4 + objectness + classes), np.float32)
-    if layout is Layout.YOLOX_DECODED:
+    if layout in (Layout.YOLOX_DECODED, Layout.YOLOV6):
         rows[:, 0] = np.linspace(0, SHOWN.width - 4, len(rows))
+    sureness = 1.0 if layout is Layout.YOLOV6 else 0.8
+    if layout is Layout.YOLOV6:
+        rows[:, 4] = sureness
     for number, put in enumerate(puts):
         x, y, w, h = in_net(put.box, layout)
         middle_x, middle_y = x + w / 2, y + h / 2
@@ -76,8 +79,8 @@ def output_of(layout: Layout, puts: Sequence[Put], classes: int = 80) -> np.ndar
             index = 7 + 50 * number
             rows[index, :4] = middle_x, middle_y, w, h
         if objectness:
-            rows[index, 4] = 0.8
-        rows[index, 4 + objectness + put.number] = put.score / (0.8 if objectness else 1.0)
+            rows[index, 4] = sureness
+        rows[index, 4 + objectness + put.number] = put.score / (sureness if objectness else 1.0)
     return rows.T[None] if layout is Layout.YOLOV8 else rows[None]
 
 
@@ -159,7 +162,7 @@ def test_layouts_are_told_apart_at_any_size_and_number_of_classes(layout, rows, 
     assert recognise(np.zeros(shapes[layout], np.float32), shown) is layout
 
 
-@pytest.mark.parametrize("layout", [Layout.YOLOV8, Layout.YOLOX])
+@pytest.mark.parametrize("layout", [Layout.YOLOV6, Layout.YOLOV8, Layout.YOLOX])
 @pytest.mark.parametrize("size", [ImageSize(1280, 720), ImageSize(641, 359), ImageSize(480, 800)])
 def test_what_is_painted_in_the_picture_comes_back_from_where_the_net_sees_it(layout, size):
     shown = ImageSize(416, 416)
