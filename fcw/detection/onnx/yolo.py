@@ -66,7 +66,11 @@ def recognise(output: NDArray[np.floating], shown: ImageSize) -> Layout | None:
             # are near the right edge; raw ones are within a few cells of their own.
             decoded = output[0, :, 0].max() > shown.width / min(strides)
             return Layout.YOLOX_DECODED if decoded else Layout.YOLOX
-    return Layout.END_TO_END if columns == 6 else None
+    # Of two classes RT-DETR puts out as many columns, the last of which is a score.
+    numbers = output[0, :, 5:]
+    if columns == 6 and np.array_equal(numbers, np.rint(numbers), equal_nan=True):
+        return Layout.END_TO_END
+    return None
 
 
 def expected_shapes(shown: ImageSize) -> str:
@@ -74,7 +78,7 @@ def expected_shapes(shown: ImageSize) -> str:
     cells = len(_cells(shown, STRIDES_PX[0])[0])
     return (
         f"1x{YOLOV5_ANCHORS * cells}x(5 + classes) as YOLOv5, 1x(4 + classes)x{cells} as YOLOv8 and later, "
-        f"1x{cells}x(5 + classes) as YOLOX, or 1xNx6 end to end"
+        f"1x{cells}x(5 + classes) as YOLOX, or 1xNx6 end to end, each ending in a class's number"
     )
 
 

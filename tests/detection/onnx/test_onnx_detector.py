@@ -307,6 +307,14 @@ def test_an_unknown_layout_is_named_with_what_is_expected(shape, tmp_path: Path)
     assert f"1x{CELLS}x(5 + classes) as YOLOX" in message
 
 
+def test_two_scores_in_place_of_a_score_and_a_class_are_not_the_end_to_end_layout(tmp_path: Path) -> None:
+    # Middle x and y, width and height as parts of the picture, and scores of two classes: RT-DETR.
+    rows = np.random.default_rng(0).uniform(0.0, 0.9, (1, 300, 6)).astype(np.float32)
+    path = write_net(tmp_path / "detr.onnx", rows, (SHOWN.height, SHOWN.width), {"names": "['car', 'truck']"})
+    with pytest.raises(UserError, match=r"detr\.onnx: its output has the shape 1x300x6, a layout that is"):
+        OnnxModel.load(path)
+
+
 def test_a_model_for_another_task_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="for the task segment; expected one for the task detect"):
         OnnxModel.load(net(tmp_path, Layout.YOLOV8, [], task="segment"))
