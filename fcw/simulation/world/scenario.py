@@ -275,6 +275,8 @@ class Scenario:
 
     def __post_init__(self) -> None:
         _require(0 < self.duration_s <= LONGEST_S, "duration_s", self.duration_s, f"0 to {LONGEST_S:g}")
+        one_picture = f"1/{FRAMES_PER_SECOND}, a picture, or more"
+        _require(self.frame_count > 0, "duration_s", self.duration_s, one_picture)
         _require(self.timing_jitter_s >= 0, "timing_jitter_s", self.timing_jitter_s, "0 or more")
         names = [vehicle.name for vehicle in self.vehicles]
         _require(len(set(names)) == len(names), "vehicles", names, "names that differ")

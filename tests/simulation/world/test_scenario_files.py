@@ -52,6 +52,7 @@ def test_a_file_of_ones_own_is_read_into_what_it_says(tmp_path):
     [
         ("duration_s: 5", "duration_s: soon", "duration_s is 'soon', expected a finite number"),
         ("duration_s: 5", "duration_s: -1", "duration_s is -1.0, expected 0 to 3600"),
+        ("duration_s: 5", "duration_s: 0.01", "duration_s is 0.01, expected 1/30, a picture, or more"),
         ("duration_s: 5", "", "duration_s is missing"),
         ("kind: van", "kind: bus", "vehicles[0].kind is 'bus', expected one of saloon, hatch"),
         ("gap_m: 20", "gap: 20", "vehicles[0].gap is no field; expected one of name, gap_m"),
