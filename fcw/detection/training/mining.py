@@ -7,6 +7,7 @@ from fcw.detection.acf import AcfDetector, AcfSettings, FullAcfDetector, Proposa
 from fcw.detection.boxes.suppression import suppress
 from fcw.detection.model import Model
 from fcw.detection.training.dataset import TrainingImage, without_vehicle_in_place
+from fcw.errors import UserError
 
 
 class Detectors:
@@ -18,10 +19,17 @@ class Detectors:
         self.full = FullAcfDetector(model)
 
     def prior(self, image: TrainingImage) -> AcfDetector:
-        """The distance-prior detector for a picture's camera."""
+        """The distance-prior detector for a picture's camera.
+
+        Raises:
+            UserError: by the picture's calibration the road is not in it.
+        """
         key = id(image.calibration)
         if key not in self._prior:
-            self._prior[key] = AcfDetector(self._model, image.calibration, self._search)
+            try:
+                self._prior[key] = AcfDetector(self._model, image.calibration, self._search)
+            except UserError as error:  # which of many clips it is
+                raise UserError(f"{image.labelled.path}: {error}") from None
         return self._prior[key]
 
 

@@ -13,6 +13,7 @@ from fcw.camera.calibration import Calibration
 from fcw.detection.choice import DetectorModel, make_detector
 from fcw.detection.detector import Detector, WindowDetector
 from fcw.detection.training.dataset import LabelledImage
+from fcw.errors import UserError
 from fcw.evaluation.detection.labels import AnnotatedImage
 
 EVERY_SCORE = float("-inf")
@@ -68,7 +69,10 @@ class DetectorCase:
                 last = None  # before the next one is made
                 calibration = calibration_of(image)
                 model, threshold, scale = self.model, self.score_threshold, self.largest_scale
-                last = key, make_detector(self.name, model, calibration, threshold, scale)
+                try:
+                    last = key, make_detector(self.name, model, calibration, threshold, scale)
+                except UserError as error:  # which of many clips it is
+                    raise UserError(f"{image.path}: {error}") from None
             return last[1]
 
         return detector_of

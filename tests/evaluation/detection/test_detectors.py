@@ -5,10 +5,18 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+import pytest
 
 from fcw.box import Box
+from fcw.camera.calibration import Calibration
+from fcw.camera.ground_plane import GroundPlaneCamera
+from fcw.detection.acf import AcfSettings
+from fcw.detection.choice import load_model
 from fcw.detection.detector import Detection
-from fcw.detection.training.dataset import LabelledImage
+from fcw.detection.model import SHIPPED_MODEL_PATH, Model
+from fcw.detection.training.dataset import LabelledImage, TrainingImage
+from fcw.detection.training.mining import Detectors
+from fcw.errors import UserError
 from fcw.evaluation.detection import detectors
 from fcw.evaluation.detection.detectors import DetectorCase, run_detectors
 from fcw.evaluation.detection.labels import AnnotatedImage
@@ -47,3 +55,13 @@ def test_one_detector_is_kept_however_many_clips_there_are(tmp_path, monkeypatch
     # In the order of the pictures, though taken clip by clip; two while the next one is made.
     assert [frame.boxes[0, 2] for frame in frames] == list(range(1, 13))
     assert MeanDetector.most <= 2
+
+
+def test_of_many_calibrations_the_one_without_the_road_is_named_by_a_picture(tmp_path):
+    sky = Calibration.from_camera(GroundPlaneCamera(-1.2, 30.0, 8.0, 1.3, 15.5), SIZE)
+    image = LabelledImage(tmp_path / "up.png", "clip", SIZE, NONE, np.zeros(0, bool), NONE)
+    for name in ("net", "acf"):
+        with pytest.raises(UserError, match=r"up\.png: the calibration has its horizon in row"):
+            DetectorCase(name, load_model(name)).detector_of(lambda _: sky)(image)
+    with pytest.raises(UserError, match=r"up\.png: the calibration has its horizon in row"):
+        Detectors(Model.load(SHIPPED_MODEL_PATH), AcfSettings()).prior(TrainingImage(image, sky))
