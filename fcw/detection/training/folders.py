@@ -47,9 +47,14 @@ def _load_folder(directory: Path, permissive_only: bool) -> tuple[TrainingImage,
             f"{directory}: holds neither labels.json nor {TABLE}; expected a folder with "
             "labels.json (COCO), images/ and calibration.yaml or calibration/<clip>.yaml"
         )
-    cameras = {
-        key: calibration_of(key[0]).for_image_size(key[1]) for key in {(i.clip, i.size) for i in labelled}
-    }
+    cameras: dict[object, Calibration] = {}
+    for image in labelled:
+        if (image.clip, image.size) not in cameras:
+            calibration = calibration_of(image.clip)
+            try:
+                cameras[image.clip, image.size] = calibration.for_image_size(image.size)
+            except UserError as error:  # which of many clips it is
+                raise UserError(f"{image.path}: {error}") from None
     return tuple(TrainingImage(image, cameras[image.clip, image.size]) for image in labelled)
 
 

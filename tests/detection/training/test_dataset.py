@@ -219,6 +219,10 @@ def test_own_layout_with_a_calibration_for_each_clip_rescaled_to_the_pictures(la
     (image,) = load_training_set(tmp_path)
     # Twice the size: centres of pixels map as 2 v + 1/2.
     assert image.calibration.horizon_row_px == pytest.approx(180.0)
+    square = Calibration.from_camera(CAMERA, ImageSize(640, 640))
+    write_calibration(square, tmp_path / "calibration/drive.yaml")
+    with pytest.raises(UserError, match=r"images/drive/000\.png: .*for pictures of 640x640"):
+        load_training_set(tmp_path)
 
 
 def test_a_folder_without_labels_says_what_was_expected(tmp_path):
