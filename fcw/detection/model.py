@@ -263,15 +263,22 @@ def check_parts(model: Model) -> None:
             shapes,
         ):
             raise ValueError("filters of other shapes")
-        stages.append((second.trees, window.feature_count * FILTERS_PER_CHANNEL))
+        places = window.cells - FILTER_CELLS + 1
+        stages.append((second.trees, CHANNEL_COUNT * FILTERS_PER_CHANNEL * max(places, 0) ** 2))
     for trees, features in stages:
         kinds = (trees.feature.dtype, trees.threshold.dtype, trees.leaf.dtype)
         if kinds != (np.uint16, np.uint8, np.float32):
             raise ValueError(f"trees of the types {', '.join(map(str, kinds))}")
         if len(trees) and int(trees.feature.max()) >= features:
             raise ValueError(f"a tree asks for feature {int(trees.feature.max())} of {features}")
-    if model.regressor is not None and model.regressor.weights.shape != (window.feature_count, 3):
-        raise ValueError(f"a regressor of the shape {model.regressor.weights.shape}")
+        if not np.isfinite(trees.leaf).all():
+            raise ValueError("a tree with a leaf that is no number")
+    if model.regressor is not None:
+        weights, constant = model.regressor.weights, model.regressor.constant
+        if (weights.shape, constant.shape) != ((window.feature_count, 3), (3,)):
+            raise ValueError(f"a regressor of the shapes {weights.shape} and {constant.shape}")
+        if not all(np.isfinite(part).all() for part in (weights, constant, model.regressor.bottom)):
+            raise ValueError("a regressor with a weight that is no number")
     distances, ratios = statistics.aspect_distances_m, statistics.aspect_ratios
     sizes = (statistics.size_low_m, statistics.size_median_m, statistics.size_high_m)
     lengths = (window.vehicle_size_px, window.vehicle_bottom_px, *sizes, *distances, *ratios)

@@ -1,7 +1,7 @@
 """The model file: comes back as it was saved; anything else is refused in one clear message."""
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +102,37 @@ def test_a_cut_file_and_an_archive_of_something_else_are_refused(tmp_path: Path)
     for path in (cut, other):
         with pytest.raises(UserError, match=rf"{path.name}: not a detector model"):
             Model.load(path)
+
+
+def without_number(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    wrong = values.copy()
+    wrong.reshape(-1)[1] = np.nan
+    return wrong
+
+
+def test_parts_that_hold_no_numbers_or_do_not_fit_are_refused(tmp_path: Path):
+    good = model()
+    assert good.second
+    assert good.regressor
+    trees, second, regressor = good.trees, good.second, good.regressor
+    far = trees.feature.copy()
+    far[0, 0] = 5760  # of responses there are 40 planes of 12 x 12
+    wrong = {
+        "a leaf that is no number": replace(good, trees=replace(trees, leaf=without_number(trees.leaf))),
+        "asks for feature 5760 of 5760": replace(
+            good, second=replace(second, trees=replace(second.trees, feature=far))
+        ),
+        "a weight that is no number": replace(
+            good, regressor=replace(regressor, weights=without_number(regressor.weights))
+        ),
+        r"a regressor of the shapes \(2560, 3\) and \(2,\)": replace(
+            good, regressor=replace(regressor, constant=regressor.constant[:2])
+        ),
+    }
+    for message, each in wrong.items():
+        each.save(tmp_path / "model.npz")
+        with pytest.raises(UserError, match=rf"model\.npz: not a detector model of fcw \(.*{message}"):
+            Model.load(tmp_path / "model.npz")
 
 
 def test_another_format_version_is_named(tmp_path: Path):

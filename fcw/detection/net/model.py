@@ -1,6 +1,7 @@
 """What the detector learnt: the nets of glance and look, and their file."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,6 +67,8 @@ class NetModel:
                 header["score_threshold"],
             )
             read_layers(model.look)
+            if not math.isfinite(model.score_threshold):
+                raise ValueError(f"a score threshold of {model.score_threshold}")
             return model
         except FileNotFoundError:
             raise UserError(

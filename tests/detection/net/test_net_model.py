@@ -42,3 +42,9 @@ def test_a_file_of_weights_that_are_no_numbers_is_refused(model, tmp_path, numbe
     replace(model, look=look).save(tmp_path / "net.npz")
     with pytest.raises(UserError, match=r"not a model of the net \(weights that are no numbers"):
         NetModel.load(tmp_path / "net.npz")
+
+
+def test_a_threshold_that_is_no_number_is_refused(model, tmp_path):
+    replace(model, score_threshold=np.nan).save(tmp_path / "net.npz")
+    with pytest.raises(UserError, match=r"not a model of the net \(a score threshold of nan\)"):
+        NetModel.load(tmp_path / "net.npz")
