@@ -127,12 +127,15 @@ def read_coco(labels: Path) -> Any:  # noqa: ANN401 - JSON has no type
 def vehicle_annotations(content: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Annotations of COCO labels without those of categories that are no vehicles by their names.
 
-    Two-wheelers, and crowds of vehicles, are ignored: `ignore` is set. Other names all count.
+    Two-wheelers, and crowds of vehicles, are ignored: `ignore` is set. Other names all count. Of what is
+    followed beyond the picture's edge, as our own exports have it, nothing can be seen: it is left out.
     """
+    sizes = {picture["id"]: _size(picture) for picture in content["images"]}
     names = {one["id"]: category_name(one) for one in content.get("categories") or ()}
     for annotation in content["annotations"]:
         name = names.get(annotation.get("category_id"), "")
-        if is_no_vehicle(name):
+        size = sizes.get(annotation.get("image_id"))
+        if is_no_vehicle(name) or (size is not None and _lies_outside(annotation["bbox"], size)):
             continue
         neither = annotation.get("iscrowd") or name in NEITHER
         yield {**annotation, "ignore": True} if neither else annotation
@@ -208,17 +211,37 @@ def _labelled(
     picture: Mapping[str, Any], annotations: Sequence[Mapping[str, Any]], images: Path
 ) -> LabelledImage:
     clip = picture.get("clip") or PurePosixPath(picture["file_name"]).parent.name
-    rear_boxes = [a.get("rear_box") or NO_BOX for a in annotations]
+    size = _size(picture)
+    rear_boxes = [_inside(a["rear_box"], size) if a.get("rear_box") else NO_BOX for a in annotations]
     return LabelledImage(
         path=images / picture["file_name"],
         clip=clip,
-        size=ImageSize(int(picture["width"]), int(picture["height"])),
-        boxes=np.array([a["bbox"] for a in annotations], np.float64).reshape(-1, 4),
+        size=size,
+        boxes=np.array([_inside(a["bbox"], size) for a in annotations], np.float64).reshape(-1, 4),
         ignored=np.array([bool(a.get("ignore")) for a in annotations], bool),
         rear_boxes=np.array(rear_boxes, np.float64).reshape(-1, 4),
         complete=bool(picture.get("complete", True)),
         camera=clip,
     )
+
+
+def _size(picture: Mapping[str, Any]) -> ImageSize:
+    return ImageSize(int(picture["width"]), int(picture["height"]))
+
+
+def _lies_outside(bbox: Sequence[float], size: ImageSize) -> bool:
+    """Whether nothing of a box is in the picture."""
+    x, y, w, h = map(float, bbox)
+    return w > 0 and h > 0 and (x >= size.width or y >= size.height or x + w <= 0 or y + h <= 0)
+
+
+def _inside(bbox: Sequence[float], size: ImageSize) -> tuple[float, float, float, float]:
+    """The part of a box in the picture, as detectors give it; parts of a pixel beyond do not matter."""
+    x, y, w, h = map(float, bbox)
+    left, top, right, bottom = max(x, 0.0), max(y, 0.0), min(x + w, size.width), min(y + h, size.height)
+    if max(left - x, top - y, x + w - right, y + h - bottom) < 1.0 or left >= right or top >= bottom:
+        return x, y, w, h
+    return left, top, right - left, bottom - top
 
 
 def _check_rear_box(labels: Path, annotation: Mapping[str, Any]) -> None:

@@ -125,6 +125,12 @@ def test_labels_keep_boxes_ignored_flags_and_clip(labels, tmp_path):
     assert (image.clip, image.size) == ("drive", SIZE)
 
 
+def test_of_a_vehicle_that_goes_on_beyond_the_picture_the_part_in_it_is_to_be_found(labels, tmp_path):
+    boxes = (600, 200, 100, 80), (-0.4, 2, 3, 4), (641, 200, 100, 80), (-50, 340, 60, 40)
+    (image,) = read_labels(labels(coco(*boxes)), tmp_path)
+    assert image.boxes.tolist() == [[600, 200, 40, 80], [-0.4, 2, 3, 4], [0, 340, 10, 20]]
+
+
 def test_rear_faces_are_read_where_there_are_any(labels, tmp_path):
     content = coco((1, 2, 30, 4), (5, 6, 7, 8))
     content["annotations"][0]["rear_box"] = [1, 2, 12, 4]

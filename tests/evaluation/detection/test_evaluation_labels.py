@@ -27,6 +27,7 @@ def labels(tmp_path):
         "annotations": [
             {"id": 1, "image_id": 3, "bbox": [1, 2, 10, 8], "occluded": 0},
             {"id": 2, "image_id": 5, "bbox": [3, 4, 0, 0], "ignore": True},
+            {"id": 4, "image_id": 5, "bbox": [64, 4, 5, 6]},
             {"id": 3, "image_id": 5, "bbox": [3, 4, 5, 6], "ignore": True, "occluded": 2},
         ],
         "categories": [{"id": 9, "name": "vehicle"}],
@@ -42,7 +43,7 @@ def labels(tmp_path):
 def test_pictures_keep_their_ids_times_and_attributes(labels):
     first, second = read_annotated(labels, labels.parent)
     assert (first.image_id, first.time_s, second.image_id, second.time_s) == (5, 2.0, 3, None)
-    assert [fields["id"] for fields in first.attributes] == [3]  # the box without an area is left out
+    assert [fields["id"] for fields in first.attributes] == [3]  # neither without an area nor outside
     assert first.labelled.boxes.tolist() == [[3, 4, 5, 6]]
     assert (first.counted.tolist(), second.counted.tolist()) == ([False], [True])
     assert read_category(labels) == 9
