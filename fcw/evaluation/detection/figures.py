@@ -295,7 +295,8 @@ def evaluate(
 
 
 def _distance_m(image: AnnotatedImage, calibration_of: CalibrationOf, box: NDArray[np.float64]) -> float:
-    return calibration_of(image.labelled).distance_at(float(box[1] + box[3]))
+    """By its bottom row; 0 where the picture, or its edge, shows it nearer than the bumper."""
+    return max(calibration_of(image.labelled).distance_at(float(box[1] + box[3])), 0.0)
 
 
 def _stratum_json(stratum: Stratum) -> dict[str, Any]:

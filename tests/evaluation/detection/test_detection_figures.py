@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from labelled import CALIBRATION, annotated, evaluated, found
 from fcw.evaluation.detection.bottom_rows import bottom_rows
 from fcw.evaluation.detection.comparison import SeedMean, rate_at
 from fcw.evaluation.detection.failures import FailureKind, count_kinds, false_positives, misses
+from fcw.evaluation.detection.figures import evaluate
 from fcw.evaluation.detection.perturbation import CALIBRATION_ERRORS, CalibrationError
 
 # By CALIBRATION a box whose bottom is in row 510 stands at 10 m, in row 435 at 20 m, in row 400 at 37.5 m.
@@ -41,6 +43,14 @@ def test_strata_hold_the_vehicles_of_their_distance_height_and_clip():
 def test_a_box_above_the_horizon_is_beyond_the_last_distance():
     evaluation = evaluated([annotated((0, 300, 40, 30))], [found()])
     assert evaluation.by_distance()["80+"].vehicles == 1
+
+
+def test_a_vehicle_cut_by_the_bottom_edge_behind_the_bumper_s_distance_is_among_the_nearest():
+    long_bonnet = replace(CALIBRATION, reference_offset_m=5.0)  # in row 720 the road is 1500 / 360 m away
+    image, beside = annotated((400, 500, 300, 220)), (900, 500, 300, 220)
+    evaluation = evaluate([image], lambda _: long_bonnet, [found(beside, scores=[1])], 0.0)
+    nearest = evaluation.by_distance()["0-5"]
+    assert (nearest.vehicles, nearest.fppi) == (1, 1.0)
 
 
 def test_json_has_all_figures_and_no_nan():
