@@ -122,7 +122,7 @@ def time_ns(frame: int) -> int:
 
 
 def sequence_names(folder: Path, chosen: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of the sequences in a folder, or of the chosen ones.
+    """Names of the sequences in a folder, or of the chosen ones, each once.
 
     Raises:
         UserError: there are none, or a chosen one is not there.
@@ -136,7 +136,7 @@ def sequence_names(folder: Path, chosen: Sequence[str] = ()) -> tuple[str, ...]:
     for name in chosen:
         if name not in names:
             raise UserError(f"{labels / name}.txt: no such sequence; expected one of {', '.join(names)}")
-    return tuple(chosen) or names
+    return tuple(dict.fromkeys(chosen)) or names
 
 
 def read_sequence(folder: Path, name: str) -> KittiSequence:
@@ -213,9 +213,13 @@ def _read_projection(path: Path) -> FloatArray:
     for number, fields in _lines(path, 1):
         if fields[0] == "P2:":
             try:
-                return np.array([float(value) for value in fields[1:13]]).reshape(3, 4)
+                projection = np.array([float(value) for value in fields[1:13]]).reshape(3, 4)
             except ValueError as error:
                 raise _not_as_expected(path, number, "P2: and twelve numbers", str(error)) from None
+            if not (projection[1, 1] > 0 and projection[2, 2] > 0):
+                found = f"{projection[1, 1]:g} and {projection[2, 2]:g}"
+                raise _not_as_expected(path, number, "a focal length and a scale above 0", found)
+            return projection
     raise UserError(f"{path}: no line P2: in it; expected a calibration file of KITTI tracking")
 
 

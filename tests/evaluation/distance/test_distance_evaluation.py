@@ -118,6 +118,7 @@ def test_own_speed_and_yaw_rate_come_from_the_poses(tmp_path: Path) -> None:
         ("label_02/0000.txt", "0 1 Car 0 0\n", r"label_02/0000.txt, line 1: expected 17 fields \(5 found\)"),
         ("label_02/0000.txt", "a" + " 0" * 16, "expected a KITTI tracking label"),
         ("calib/0000.txt", "P0: 1\n", "no line P2"),
+        ("calib/0000.txt", "P2:" + " 0" * 12, "line 1: expected a focal length and a scale above 0"),
         ("poses/0000.txt", "1 0 0\n", "line 1: expected 12 fields"),
     ],
 )
@@ -132,6 +133,10 @@ def test_a_folder_without_labels_and_a_sequence_that_is_not_there_are_named(appr
         sequence_names(tmp_path / "calib")
     with pytest.raises(UserError, match=r"0007.txt: no such sequence; expected one of 0000"):
         sequence_names(approach, ["0007"])
+
+
+def test_a_sequence_that_is_named_twice_counts_once(approach):
+    assert sequence_names(approach, ["0000", "0000"]) == ("0000",)
 
 
 def test_noise_moves_edges_but_not_beyond_the_border(approach: Path) -> None:
