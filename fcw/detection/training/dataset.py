@@ -165,12 +165,7 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
     try:
         content = read_coco(labels)
         pictures = {image["id"]: image for image in content["images"]}
-        if len(pictures) < len(content["images"]):
-            ((identity, count),) = Counter(image["id"] for image in content["images"]).most_common(1)
-            raise UserError(
-                f"{labels}: {count} images have the id {identity}, so nobody knows whose boxes are whose; "
-                "expected one id for each image: where labels were joined, number the images of one file anew"
-            )
+        _check_each_once(labels, content["images"])
         annotations: dict[Any, list[dict[str, Any]]] = {identity: [] for identity in pictures}
         for annotation in vehicle_annotations(content):
             if annotation["image_id"] not in annotations:
@@ -205,6 +200,20 @@ def read_labels(labels: Path, images: Path) -> tuple[LabelledImage, ...]:
             f"{labels}: not COCO labels ({type(error).__name__}: {error}); expected JSON with `images` "
             "(id, file_name, width, height) and `annotations` (id, image_id, bbox)"
         ) from error
+
+
+def _check_each_once(labels: Path, images: Sequence[Mapping[str, Any]]) -> None:
+    """See that no two images have one id or one file: boxes of the one would be missing in the other."""
+    for field, mend in (
+        ("id", "number the images of one file anew"),
+        ("file_name", "give their boxes to one image"),
+    ):
+        (value, count), *_ = Counter(image[field] for image in images).most_common(1) or [(None, 0)]
+        if count > 1:
+            raise UserError(
+                f"{labels}: {count} images have the {field} {value}, so boxes of one would be missing in "
+                f"another; expected one image for each {field}: where labels were joined, {mend}"
+            )
 
 
 def _labelled(

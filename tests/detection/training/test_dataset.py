@@ -177,12 +177,16 @@ def test_wrong_labels_are_refused_by_name(labels, tmp_path, content, message):
         read_labels(labels(content), tmp_path)
 
 
-def test_images_with_the_same_id_are_refused_as_one_of_them_would_be_lost(labels, tmp_path):
+def test_images_that_share_an_id_or_a_file_are_refused_as_boxes_of_one_would_be_lost(labels, tmp_path):
     content = coco((1, 2, 3, 4))
-    content["images"].append(content["images"][0] | {"file_name": "other/000.png"})
+    (first,) = content["images"]
+    content["images"] = [first, first | {"file_name": "other/000.png"}]
     with pytest.raises(
         UserError, match=r"labels\.json: 2 images have the id 7.*number the images of one file"
     ):
+        read_labels(labels(content), tmp_path)
+    content["images"] = [first, first | {"id": 8}]
+    with pytest.raises(UserError, match=r"2 images have the file_name drive/000\.png.*to one image"):
         read_labels(labels(content), tmp_path)
 
 
