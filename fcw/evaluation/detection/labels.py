@@ -94,12 +94,17 @@ def _time_s(labels: Path, frame: object, fps: object) -> float | None:
 
 
 def read_category(labels: Path) -> int:
-    """The id of the labels' first category of vehicles; 1 where none is named."""
-    categories = read_coco(labels).get("categories") or [{"id": 1}]
+    """The id of the labels' first category of vehicles that has any; 1 where none is named.
+
+    Some tools name the whole set as a first category, without an annotation.
+    """
+    content = read_coco(labels)
+    categories = content.get("categories") or [{"id": 1}]
     try:
-        named = ((one, category_name(one)) for one in categories)
-        vehicles = (one["id"] for one, name in named if not (name in NEITHER or is_no_vehicle(name)))
-        return int(next(vehicles, 1))
+        used = {annotation.get("category_id") for annotation in vehicle_annotations(content)}
+        names = {one["id"]: category_name(one) for one in categories}
+        vehicles = [number for number, name in names.items() if not (name in NEITHER or is_no_vehicle(name))]
+        return int(min(vehicles, key=lambda number: number not in used, default=1))
     except (AttributeError, KeyError, TypeError, ValueError):
         raise UserError(
             f"{labels}: categories is {categories!r:.80}, expected a list of objects with an id"

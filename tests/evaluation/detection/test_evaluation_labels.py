@@ -55,6 +55,10 @@ def test_of_the_categories_of_coco_the_first_that_is_a_vehicle_is_given_back(lab
     content["categories"] = [{"id": number, "name": name} for number, name in names]
     labels.write_text(json.dumps(content))
     assert read_category(labels) == 9
+    content["categories"].insert(0, {"id": 0, "name": "vehicles-of-my-town"})  # as Roboflow names the set
+    content["annotations"][0]["category_id"] = 6
+    labels.write_text(json.dumps(content))
+    assert read_category(labels) == 6
 
 
 def test_a_missing_picture_is_named(labels):
