@@ -10,7 +10,7 @@ from fcw.errors import UserError
 from fcw.frame import Frame
 
 FARTHEST_PX = 1e6
-"""Larger numbers are surely no pixels of a picture or near it."""
+"""Larger coordinates are surely wrong."""
 
 
 def vehicles_in(detector: Detector, frame: Frame) -> tuple[Detection, ...]:
@@ -30,7 +30,7 @@ def vehicles_in(detector: Detector, frame: Frame) -> tuple[Detection, ...]:
 
 
 def _checked(detector: Detector, frame: Frame, found: object) -> Detection:
-    """A detection in Python's own numbers: the sums of small integers, and their squares, would overflow."""
+    """A detection with Python's own floats, as sums and squares of NumPy's small integers would overflow."""
     if not isinstance(found, Detection) or not isinstance(found.box, Box):
         expected = "an fcw.Detection with an fcw.Box"
         raise _wrong(detector, frame, f"gave {_short(found)} in the tuple", expected)
@@ -46,7 +46,7 @@ def _checked(detector: Detector, frame: Frame, found: object) -> Detection:
 
 
 def _number(value: Any) -> float:  # noqa: ANN401 - whatever somebody took for a number
-    """A number of any type as Python's; NaN of what is none, such as an array or a text."""
+    """A number of any type as a Python float; NaN for anything else, such as an array or a string."""
     try:
         return math.nan if isinstance(value, str | bytes) else float(value)
     except (TypeError, ValueError, OverflowError):

@@ -1,4 +1,4 @@
-"""Detectors by the names that the command line has for them."""
+"""Detectors by their names on the command line."""
 
 import math
 from collections.abc import Sequence
@@ -19,24 +19,24 @@ from fcw.errors import UserError
 NET, ACF, ACF_FULL, ONNX_PREFIX = "net", "acf", "acf-full", "onnx:"
 DETECTOR_NAMES = (NET, ACF, ACF_FULL, f"{ONNX_PREFIX}FILE")
 DEFAULT_DETECTOR = NET
-"""What wins on cameras left out (`benchmarks/leave_one_camera_out.py`); `acf` is the paper's."""
+"""The best one on cameras left out (`benchmarks/leave_one_camera_out.py`); `acf` is the paper's."""
 FAINT_MARGIN = 1.5
-"""How far below the net's threshold a logit is faint, for a tracker.
+"""How far below the net's threshold a logit still counts as faint, for a tracker.
 
-Chosen on seven clips of strangers: farther down hardly more of what is followed is found
+Chosen on seven clips of strangers: a larger margin finds hardly more of the tracked vehicles
 (docs/figures/detection.md, "Faint boxes").
 """
 SEARCHED_RAD = math.radians(12.0)
-"""How far above and below a guess far vehicles are searched for; near ones are everywhere. Nine in ten
-cameras that people put up to look ahead are within it (`fcw.camera.prior_sigmas`)."""
+"""Tolerance of the pitch of an uncalibrated camera, within which far vehicles are searched for. Nine of ten
+cameras that people mount to look ahead are within it (`fcw.camera.prior_sigmas`)."""
 SEARCHED_TOLERANCES = (1.0, 2.0)
-"""By so many times that the pitch may be off before a box is too small, and too large, for a vehicle. With 6
-for both one clip of 28 (of strangers) was calibrated with its horizon 18 % of the picture too low."""
+"""`NetSettings.size_tolerances` of such a search. With 6 for both, one clip of 28 (of strangers) was
+calibrated with its horizon 18 % of the picture too low."""
 SEARCHED_SCORE = 3.5
-"""From which score such a search takes a box for a vehicle: it cannot know that a house is too large for one.
+"""Score threshold of such a search, which cannot know that a house is too large to be a vehicle.
 
-Of boxes below, two in five were no vehicle or not as wide as one, of those above one in six (ten clips of the
-data and 32 of strangers, on which it was chosen).
+Two of five boxes below it were no vehicle or not as wide as one; of those above it, one in six (ten clips of
+the data and 32 of strangers, on which it was chosen).
 """
 
 DetectorModel = NetModel | Model | OnnxModel
@@ -47,7 +47,7 @@ def model_path(name: str, path: Path | None = None) -> Path:
 
     Args:
         name: `net`, `acf`, `acf-full` or `onnx:FILE`.
-        path: another model than the shipped one, for all but the last.
+        path: another model than the shipped one; not for `onnx:FILE`.
 
     Raises:
         UserError: there is no detector of that name, or an ONNX model is named twice or without a file.
@@ -68,8 +68,8 @@ def load_model(name: str, classes: Sequence[str] = (), path: Path | None = None)
 
     Args:
         name: `net`, `acf`, `acf-full` or `onnx:FILE`.
-        classes: of an ONNX model, which are vehicles; see `OnnxModel.load`.
-        path: another model than the shipped one, for all but the last.
+        classes: names of the classes of an ONNX model that are vehicles; see `OnnxModel.load`.
+        path: another model than the shipped one; not for `onnx:FILE`.
 
     Raises:
         UserError: there is no detector of that name, its model cannot be used, or classes are given to a
@@ -96,7 +96,7 @@ def load_model(name: str, classes: Sequence[str] = (), path: Path | None = None)
 
 
 def _detector_of(file: Path) -> str | None:
-    """Which detector's model a file is, by its arrays; None where it is none."""
+    """The name of the detector whose model a file holds, by its arrays; None if it holds none."""
     try:
         arrays = npz_arrays(file)
     except (OSError, MalformedError):
@@ -116,14 +116,15 @@ def make_detector(
 
     Args:
         name: `net`, `acf`, `acf-full` or `onnx:FILE`.
-        model: its model, as `load_model` gives it.
-        calibration: for the size of the pictures.
-        score_threshold: from which score a box counts; None: the model's own.
-        largest_scale: how far detectors other than `onnx:FILE` enlarge pictures; None: their default.
-        for_tracker: whether it gives faint boxes as well; only `net` can.
+        model: its model, from `load_model`.
+        calibration: calibration for the image size.
+        score_threshold: least score of a detection; None for the model's own.
+        largest_scale: largest factor by which pictures are enlarged, not for `onnx:FILE`; None for the
+            detector's default.
+        for_tracker: whether it returns faint boxes as well, which only `net` can.
 
     Raises:
-        UserError: there is no detector of that name, or by the calibration the road is not in the picture.
+        UserError: there is no detector of that name, or the calibration puts the road outside the picture.
     """
     if isinstance(model, OnnxModel):
         return OnnxDetector(model, calibration, score_threshold)
@@ -140,10 +141,10 @@ def make_detector(
 
 
 def searching_detector(guess: Calibration) -> Detector:
-    """A detector for pictures of an uncalibrated camera: it searches wherever the road may be.
+    """A detector for an uncalibrated camera, which searches wherever the road may be.
 
     Args:
-        guess: a rough calibration, for the size of the pictures.
+        guess: a rough calibration for the image size.
     """
     model = load_model(NET)
     assert isinstance(model, NetModel)

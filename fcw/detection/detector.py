@@ -1,4 +1,4 @@
-"""The seam for detectors: what each is asked, and what it gives."""
+"""The protocols that detectors implement, and the detections that they return."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -14,10 +14,10 @@ class Detection:
     """A vehicle seen from behind.
 
     Attributes:
-        box: in the picture.
-        score: the detector's, higher is surer.
-        faint: its score is too low to take it for a vehicle by itself, but it may be one that is followed
-            already. Only detectors made for a tracker give such boxes.
+        box: bounding box in the picture.
+        score: the detector's score; higher is more certain.
+        faint: whether the score is too low for a new vehicle, but may support one that is already tracked.
+            Only detectors made for a tracker return such boxes.
     """
 
     box: Box
@@ -30,8 +30,8 @@ class Aim:
     """Where vehicles are looked for.
 
     Attributes:
-        pitch_rad: of the camera's axis below the road, as it is believed now.
-        tolerance_rad: it may be off by so much either way.
+        pitch_rad: estimated angle of the camera's axis below the road.
+        tolerance_rad: largest error of `pitch_rad` in either direction.
     """
 
     pitch_rad: float
@@ -39,7 +39,7 @@ class Aim:
 
 
 class Detector(Protocol):
-    """Finds vehicles in one picture. An instance owns scratch memory: use one for each thread."""
+    """Finds vehicles in one picture. An instance owns working memory, so each thread needs its own."""
 
     @property
     def name(self) -> str:
@@ -49,33 +49,33 @@ class Detector(Protocol):
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
         """Vehicles in a (height, width, 3) BGR picture, best score first.
 
-        In a drive the picture is read-only: a detector that draws or scales in place works on a copy. There
-        numbers that are not finite, and boxes without a size, end the drive with a message.
+        In a drive the picture is read-only, so a detector that modifies it must work on a copy. Numbers that
+        are not finite, and boxes without a size, end the drive with a message.
         """
         ...
 
 
 @runtime_checkable
 class WindowDetector(Detector, Protocol):
-    """A detector that looks at windows one by one."""
+    """A detector that classifies windows one by one."""
 
     @property
     def windows_per_frame(self) -> int:
-        """How many it looks at in a picture."""
+        """Number of windows in a picture."""
         ...
 
 
 @runtime_checkable
 class AimedDetector(Detector, Protocol):
-    """A detector that looks where a calibration says that vehicles can be.
+    """A detector that only looks where vehicles can be according to a calibration.
 
-    A tolerance in its own settings is the least that it looks with.
+    A tolerance in its own settings is the least that it uses.
     """
 
     def aim(self, aim: Aim) -> None:
-        """Look there from now on.
+        """Change where the detector looks.
 
         Raises:
-            UserError: the road would not be in the picture; it looks where it did.
+            UserError: the road would not be in the picture; the detector keeps its last aim.
         """
         ...

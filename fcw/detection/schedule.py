@@ -1,39 +1,39 @@
-"""Which pictures of a drive are searched for vehicles: enough of them, evenly in time."""
+"""Which pictures of a drive are searched for vehicles: enough of them, and evenly in time."""
 
 import math
 
 from fcw.units import NS_PER_S
 
 DEFAULT_SEARCH_HZ = 0.0
-"""Every picture. With 12 a second a run takes a quarter less time, but that nothing is lost by it could not
-be shown (docs/figures/speed.md, "Fewer searches")."""
+"""Every picture. With 12 per second, a run takes a quarter less time, but it could not be shown that nothing
+is lost (docs/figures/speed.md, "Fewer searches")."""
 
 
 class SearchSchedule:
-    """Every picture of a slow drive, every second or third one of a fast drive.
+    """Selects every picture of a drive with a low frame rate, and every second or third one of a fast drive.
 
-    These are known before anything is followed, so that several can be searched at once. Where more are
-    wanted, `Tracker.wants_search` says so once the frame before was followed.
+    The selection does not depend on the tracker, so that several pictures can be searched at once. If the
+    tracker needs more, `Tracker.wants_search` says so after the previous frame.
 
-    Time is cut into equal spans, each of a whole number of pictures at the nominal rate. The first picture in
-    each is searched, so that what is searched follows from the times, wherever a piece of the drive begins.
+    Time is divided into equal spans of a whole number of pictures at the nominal rate, and the first picture
+    in each is searched. So the selection depends on the times alone, wherever a piece of the drive begins.
 
     Args:
-        frame_rate_hz: nominal rate of the drive's pictures.
-        least_hz: least number of pictures a second that are searched, if there are as many; 0 searches all.
+        frame_rate_hz: nominal frame rate of the drive.
+        least_hz: least number of pictures per second that are searched, if there are as many; 0 searches all.
 
     Attributes:
-        every: one picture in so many is searched, at the nominal rate.
+        every: number of pictures in a span, at the nominal rate.
     """
 
     def __init__(self, frame_rate_hz: float, least_hz: float) -> None:
-        # A drive of 23.976 a second counts as one of 24.
+        # 23.976 frames per second count as 24.
         self.every = max(math.floor(1.01 * frame_rate_hz / least_hz), 1) if least_hz > 0 else 1
         self._frame_rate_hz = frame_rate_hz
         self._span: int | None = None
 
     def searches(self, time_ns: int) -> bool:
-        """Whether the next picture is searched; asked once for each, in the order of their times."""
+        """Whether the next picture is searched. To be called once for each picture, in order of time."""
         if self.every == 1:
             return True
         number = time_ns / NS_PER_S * self._frame_rate_hz

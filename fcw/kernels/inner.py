@@ -1,4 +1,4 @@
-"""Kernels that other kernels call, with two flags of the compiler that numba has no option for."""
+"""Kernels that other kernels call, with flags of the compiler that numba has no option for."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,16 +7,17 @@ from fcw.kernels.jit import kernel
 
 
 def inner_kernel(*, no_alias: bool = False, from_python: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Decorator: as `kernel`, for what other kernels call.
+    """Decorator like `kernel`, for functions that other kernels call.
 
-    It is always put into its callers. Otherwise a process that compiles them calls the callee's own code, and
-    one that loads them the copy in the caller, which was optimised twice and rounds otherwise.
+    The function is always inlined into its callers. Otherwise, a process that compiles the kernels would call
+    the function's own code, and one that loads them from the cache the copy in the caller, which was
+    optimised twice and rounds differently.
 
     Args:
-        no_alias: no two arrays given to it overlap, as C's `restrict` says. Otherwise compiled loops ask
-            before they start whether what is written may be read again, which before loops over 32 elements
+        no_alias: whether no two of its arrays overlap, as with C's `restrict`. Without it, compiled loops
+            first check whether memory that is written may be read again. Before a loop over 32 elements, that
             takes as long as the loop. numba sets this flag for its own ufuncs.
-        from_python: Python calls it too. Otherwise nothing is compiled that would take Python's arguments,
+        from_python: whether Python calls it, too. If not, no wrapper for Python's arguments is compiled,
             which for kernels with many arrays takes longer than the kernel.
     """
 

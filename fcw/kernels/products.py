@@ -1,14 +1,13 @@
-"""Sums of products of bytes that stay in registers: what convolutions and dense layers spend their time in.
+"""Sums of products of bytes that stay in registers: the inner loops of convolutions and dense layers.
 
-LLVM turns the innermost of a kernel's loops into SIMD code, and loads and stores each sum at every step of
-the loop around it. Here the code for a whole tile of sums is written out for LLVM, as in libraries for
-matrices (Goto & van de Geijn, "Anatomy of high-performance matrix multiplication", 2008): each number that is
-loaded is used for several sums, which are stored once, at their end.
+LLVM vectorises the innermost loop of a kernel, but loads and stores each sum at every step of the loop around
+it. Here the code for a whole tile of sums is generated for LLVM, as in libraries for matrices (Goto & van de
+Geijn, "Anatomy of high-performance matrix multiplication", 2008): each number that is loaded is used for
+several sums, which are stored once, at the end.
 
-Four bytes lie in a word, and a word's four products are added at once: by one instruction (VPDPBUSD) where
-the processor has it, by two and the parting of words into pairs on other x86 ones, by plain arithmetic
-elsewhere. Weights are parted beforehand (`as_weights`). Sums of integers are exact, and so the same on all of
-them.
+A word has four bytes, and its four products are added at once: by one instruction (VPDPBUSD) if the processor
+has it, by two after splitting words into pairs on other x86 processors, and by plain arithmetic elsewhere.
+Weights are split beforehand (`as_weights`). Sums of integers are exact, and so the same on all processors.
 """
 
 # ruff: noqa: ANN401 - numba's and llvmlite's own types
@@ -41,14 +40,14 @@ _HAS_PAIRS = "+avx2" in _FEATURES
 
 
 def in_pairs() -> bool:
-    """Whether bytes are multiplied as pairs of 16 bits, as the processor has no instruction for four."""
+    """Whether bytes are multiplied as pairs of 16-bit numbers, as the processor lacks VPDPBUSD."""
     return _HAS_PAIRS and not _HAS_ONE_INSTRUCTION
 
 
-# Numbers in a register, and rows of registers. LLVM knows instructions for the longest registers only where
-# it is told to use them (`in_whole_registers`).
+# Numbers in a register, and rows of registers. LLVM uses the longest registers only if it is told to
+# (`in_whole_registers`).
 _LANES, TILE_ROWS = (16, 8) if {"+avx512bw", "-prefer-256-bit"} <= _FEATURES else (8, 4)
-# As many sums as there is room for, beside the values: of 16 registers their pairs take four.
+# As many registers of sums as there is room for beside the values, whose pairs take four of 16 registers.
 _REGISTERS = 2 if in_pairs() and _LANES == 8 else 3
 TILE_COLUMNS = _LANES * _REGISTERS
 
@@ -57,7 +56,7 @@ _WORDS, _HALVES, _BYTES = (ir.VectorType(ir.IntType(bits), 32 * _LANES // bits) 
 
 
 def as_weights(steps: NDArray[np.int8]) -> NDArray[np.int32]:
-    """Weights as `sum_products` reads them: words whole, or parted into pairs as `_parted` does.
+    """Weights in the form that `sum_products` reads: whole words, or words split into pairs as by `_parted`.
 
     Args:
         steps: (..., `WORD_BYTES`) in the order in which they are read.
@@ -67,7 +66,7 @@ def as_weights(steps: NDArray[np.int8]) -> NDArray[np.int32]:
     return np.ascontiguousarray(steps).reshape(-1).view(np.int32)
 
 
-_code: Any = intrinsic  # by its type it would want the compiler's own argument of those who call
+_code: Any = intrinsic  # by its type, callers would have to pass the compiler's own argument
 
 
 @_code
@@ -89,15 +88,15 @@ def sum_products(
     values[first_value + offsets[k] + c] weights[first_weight + k weight_pitch + r].
 
     Args:
-        values: flat int32, words of four bytes without a sign.
-        first_value: intp, as all places and pitches, in words.
+        values: flat int32, words of four unsigned bytes.
+        first_value: index into `values`. All indices and pitches are intp.
         offsets: (K,) intp; K is at least 1.
-        weights: `as_weights` of words of four bytes with a sign.
-        first_weight: place of the first product's first weight, in words before they were parted.
-        weight_pitch: likewise, from a product's weights to the next one's.
+        weights: `as_weights` of words of four signed bytes.
+        first_weight: index of the first product's first weight, in words before they were split.
+        weight_pitch: words, before they were split, from one product's weights to the next one's.
         sums: flat int32.
-        first_sum: place of the tile's first sum.
-        sum_pitch: elements from a row of the tile to the next.
+        first_sum: index of the tile's first sum.
+        sum_pitch: elements from one row of the tile to the next.
     """
     return _signature(values, offsets, weights, sums), _write_tile
 
@@ -115,7 +114,7 @@ def sum_products_of_signed(
     first_sum: Any,
     sum_pitch: Any,
 ) -> Any:
-    """As `sum_products`, of values with a sign, and weights that are words of four bytes without."""
+    """Like `sum_products`, for signed values and unsigned weights, which are whole words."""
     return _signature(values, offsets, weights, sums), _write_signed_tile
 
 
@@ -132,7 +131,7 @@ def sum_products_of_pairs(
     first_sum: Any,
     sum_pitch: Any,
 ) -> Any:
-    """As `sum_products`, of words of two numbers of 16 bits with a sign; weights are such words, too."""
+    """Like `sum_products`, for words of two signed 16-bit numbers; weights are such words, too."""
     return _signature(values, offsets, weights, sums), _write_tile_of_pairs
 
 
@@ -154,7 +153,7 @@ def _write_tile_of_pairs(context: Any, builder: Any, signature: Any, arguments: 
 
 
 class _Words(Enum):
-    """What lies in a word, or in some that belong together."""
+    """The contents of a word, or of the words that it was split into."""
 
     UNSIGNED = "four bytes without a sign"
     SIGNED = "four bytes with a sign"
@@ -229,7 +228,7 @@ def _filled(vector: Any, number: int) -> Any:
 
 
 def _factors(builder: Any, words: list[Any], what: _Words) -> list[Any]:
-    """Words as `_with_products` takes them: whole bytes, or vectors of as wide numbers as are multiplied."""
+    """Words as `_with_products` takes them: bytes, or vectors of numbers as wide as are multiplied."""
     vector = _HALVES if _HAS_PAIRS else _WORDS
     if what is _Words.PAIRS:
         return [builder.bitcast(words[0], vector)] if _HAS_PAIRS else _parted(builder, words[0], 16, True)
@@ -237,12 +236,12 @@ def _factors(builder: Any, words: list[Any], what: _Words) -> list[Any]:
         return [builder.bitcast(words[0], _BYTES)]
     if what is _Words.PARTED and _HAS_PAIRS:
         return [builder.bitcast(word, vector) for word in words]
-    # Elsewhere too LLVM multiplies faster what it sees to have few bits.
+    # On other processors, too, LLVM multiplies faster if it can tell that the numbers have few bits.
     return _parted(builder, builder.bitcast(words[0], vector), 8, what is not _Words.UNSIGNED)
 
 
 def _parted(builder: Any, numbers: Any, bits: int, signed: bool) -> list[Any]:
-    """Each so many bits of a vector's numbers in a vector of their own, the lowest first."""
+    """Split the numbers of a vector into fields of some bits, each in its own vector, the lowest first."""
     shift, width = builder.ashr if signed else builder.lshr, numbers.type.element.width
     return [
         shift(
@@ -254,7 +253,7 @@ def _parted(builder: Any, numbers: Any, bits: int, signed: bool) -> list[Any]:
 
 
 def _with_products(builder: Any, total: Any, left: list[Any], right: list[Any]) -> Any:
-    """To each lane of a total the products of what lies in it; of whole bytes the left ones have no sign."""
+    """Add the products of a lane's numbers to its total; if they are bytes, the left ones are unsigned."""
     for one, other in zip(left, right, strict=True):
         if one.type == _WORDS:
             total = builder.add(total, builder.mul(one, other))

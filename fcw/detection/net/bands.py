@@ -1,9 +1,9 @@
-"""Which parts of a picture a glance is shown, and how finely: all of it, and bands along the horizon.
+"""Which parts of a picture the glance sees, and at which resolution: all of it, and bands along the horizon.
 
-What looks small is far away, and so stands near the horizon (section 3.2 of the paper): a rear of S metres
-that looks s px large has its bottom edge s h / S rows below it. So the finer a band shows the picture, the
-fewer of its rows it needs, and the first two bands cost about the same. A third one, for wide lenses, shows
-no more than may be in our way.
+A vehicle that looks small is far away, and so near the horizon (section 3.2 of the paper): a rear of S metres
+that appears s px large has its bottom edge s h / S rows below the horizon. So the finer a band, the fewer
+rows it needs, and the first two bands cost about the same. A third one, for wide lenses, only covers what may
+be in our way.
 """
 
 import math
@@ -15,43 +15,44 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 SHOWN = ImageSize(224, 128)
-"""How large a picture of 7 to 4 is shown as a whole; others in nearly their shape, with about as many px."""
+"""Size at which the net sees a whole picture of aspect ratio 7:4. Others keep about their aspect ratio and as
+many pixels."""
 SIDES_PX = 32
-"""A multiple of which shown sides are: the net halves them five times."""
+"""Sides of the net's input are multiples of this, as the net halves them five times."""
 FINER = {2: 77.0, 4: 40.0, 8: 32.0}
-"""How many times as finely as the whole picture bands are shown; and sqrt(w h) of the largest vehicles that
-they are there for, as they show them. What shows them half as large finds them as well, if less surely."""
+"""Resolution of each band relative to the whole picture's, and sqrt(w h), in the band's pixels, of the
+largest vehicles that the band is for. At half that resolution the net finds them as well, if less surely."""
 USUAL_FINER = 2, 4
-"""What every picture is shown by."""
+"""The bands that are always used."""
 FAR_M, LEAST_SHOWN_PX = 60.0, 16.0
-"""The third band is there where the second one may show a small car so far away with fewer px, which the
-glance hardly finds: through a lens of more than 66 degrees, or one that may well be as wide. Lenses that
-nobody knows are often far wider than they are taken to be."""
+"""The third band is used if a small car at `FAR_M` may have fewer px than this in the second one, where the
+glance hardly finds it. That is the case through a lens of more than 66 degrees, or one that may well be as
+wide. Unknown lenses are often far wider than assumed."""
 LEAST_FOCAL_PART = 0.5
-"""A focal length of which hardly anything is known is taken to be at least this part of itself: a lens that
-is said to have 66 degrees has 105 then."""
+"""Lower bound of a poorly known focal length, as a fraction of it: a lens with a stated field of view of 66
+degrees then counts as one of 105."""
 ASIDE_M = 20.0
-"""How far aside of straight ahead, as calibrated, it shows what is `FAR_M` away if the lens is as wide as it
-may be: our way in any bend whose radius is 90 m or more."""
+"""Half width of the third band, in metres at `FAR_M` to either side of straight ahead, for the widest lens
+that is allowed for. It covers our path in any bend with a radius of 90 m or more."""
 SIZES_M = 1.4, 3.2
 """sqrt(w h) of a small car and of a lorry."""
 TALLEST = 1.15
-"""Height of a lorry, in sizes."""
+"""Height of a lorry over its sqrt(w h)."""
 NEAREST_M, FARTHEST_M = 3.0, 80.0
-"""Distances from the camera of which some must be in the picture."""
+"""A part of the road between these distances from the camera must be in the picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """A part of a picture.
+    """A part of a picture, and how it is shown to the net.
 
     Attributes:
-        level: how many times the picture is halved before the part is cut out and made smaller still.
-        first_column: the first of that level's columns.
-        end_column: one past the last.
-        first_row: the first of its rows.
-        end_row: one past the last.
-        shown: as how large the part is shown.
+        level: how many times the picture is halved before the part is cut out and reduced to its final size.
+        first_column: the part's first column in that level.
+        end_column: one past its last column.
+        first_row: its first row in that level.
+        end_row: one past its last row.
+        shown: size at which the net sees the part.
         picture: size of the whole picture.
     """
 
@@ -65,7 +66,7 @@ class Band:
 
     @property
     def scale(self) -> tuple[float, float]:
-        """Px of the picture for one that is shown, across and down."""
+        """Pixels of the picture per pixel shown, across and down."""
         columns, rows = self.end_column - self.first_column, self.end_row - self.first_row
         return (
             columns * self.picture.width / self._cut_from.width / self.shown.width,
@@ -74,7 +75,7 @@ class Band:
 
     @property
     def corner_px(self) -> tuple[float, float]:
-        """How far right of the picture's left edge the part begins, and how far below its upper one."""
+        """Distance of the part's corner from the picture's left and upper edge, in pixels of the picture."""
         return (
             self.first_column * self.picture.width / self._cut_from.width,
             self.first_row * self.picture.height / self._cut_from.height,
@@ -82,7 +83,7 @@ class Band:
 
     @property
     def is_cut(self) -> tuple[tuple[bool, bool], tuple[bool, bool]]:
-        """Whether the picture goes on to the left and above, and to the right and below."""
+        """Whether the picture continues to the left and above, and to the right and below."""
         return (
             (self.first_column > 0, self.first_row > 0),
             (self.end_column < self._cut_from.width, self.end_row < self._cut_from.height),
@@ -110,17 +111,17 @@ def bands_of(
     largest_scale: float,
     focal_sigma_px: float = 0.0,
 ) -> tuple[Band, ...]:
-    """The whole picture, and the bands in which vehicles are that it shows too small.
+    """The whole picture, and bands for the vehicles that it shows too small.
 
     Args:
-        size: of the pictures.
-        camera: that takes them.
-        tolerance_rad: by how much its pitch may be off, up and down.
-        largest_scale: bands that would enlarge the picture more are left out.
+        size: size of the pictures.
+        camera: the camera.
+        tolerance_rad: largest error of its pitch, up or down.
+        largest_scale: bands that would enlarge the picture by more than this are left out.
         focal_sigma_px: standard deviation of the camera's focal length.
 
     Raises:
-        UserError: by the calibration the road is not in the picture.
+        UserError: the calibration puts the road outside the picture.
     """
     spare_px = _spare_px(camera, tolerance_rad)
     if camera.row_at(NEAREST_M) + spare_px < 0 or camera.row_at(FARTHEST_M) - spare_px >= size.height:
@@ -162,15 +163,15 @@ def _band(
 def _cut(
     first_px: float, last_px: float, step_px: float, all_shown: int, side: int, level_side: int
 ) -> tuple[int, int, int]:
-    """The first of a level's rows or columns, one past the last, and as how many they are shown.
+    """The first row or column of a level, one past the last, and the number that are shown.
 
     Args:
-        first_px: of the picture, that is wanted.
-        last_px: the last one.
-        step_px: px of the picture for one that is shown.
-        all_shown: as how many the whole picture would be.
-        side: how many the picture has.
-        level_side: how many the level has.
+        first_px: first row or column of the picture that is needed.
+        last_px: last one that is needed.
+        step_px: pixels of the picture per pixel shown.
+        all_shown: number that would be shown of the whole picture.
+        side: number of rows or columns in the picture.
+        level_side: number in the level.
     """
     shown = min(math.ceil((last_px - first_px) / step_px / SIDES_PX) * SIDES_PX, all_shown)
     part = level_side / side
@@ -181,12 +182,12 @@ def _cut(
 
 
 def _spare_px(camera: GroundPlaneCamera, tolerance_rad: float) -> float:
-    """By how much the horizon may be off."""
+    """Largest error of the horizon, in rows."""
     return camera.focal_y_px * math.tan(tolerance_rad)
 
 
 def _level_for(size: ImageSize, shown: ImageSize) -> int:
-    """The last level that is as large as what is shown of it, or larger; 0 where none is."""
+    """The smallest level that is at least as large as what is shown; 0 if none is."""
     enough = [
         number
         for number, level in enumerate(level_sizes(size))

@@ -1,6 +1,7 @@
-"""Weights of convolutions in bytes, in the order in which kernels read them.
+"""Weights of convolutions as bytes, in the order in which the kernels read them.
 
-Each output's weights have a scale of their own (Jacob et al. 2018). Nothing is learnt or measured for it.
+The weights of each output have their own scale (Jacob et al. 2018). No training or measurement is needed for
+it.
 """
 
 import numpy as np
@@ -14,23 +15,23 @@ FloatArray = NDArray[np.float32]
 
 
 class ByteWeights:
-    """A convolution's weights in bytes, in the order in which they are read, for inputs of any size.
+    """A convolution's weights as bytes, in the order in which they are read, for inputs of any size.
 
     Args:
-        convolution: which.
-        by_row_pairs: whether two rows of outputs are summed at once, where it goes a row a step
+        convolution: the convolution.
+        by_row_pairs: whether two rows of outputs are computed at once if its stride is 1
             (`fcw.detection.net.row_pairs`).
 
     Attributes:
-        inputs: planes that it takes.
-        outputs: planes that it gives.
+        inputs: number of input planes.
+        outputs: number of output planes.
         stride: 1 or 2.
-        by_row_pairs: whether two rows of outputs are summed at once.
-        weights: the outputs' in blocks of `TILE_ROWS`; in each the order is word of inputs, row, column,
+        by_row_pairs: whether two rows of outputs are computed at once.
+        weights: in blocks of `TILE_ROWS` outputs. In each block, the order is word of inputs, row, column,
             output, or that of `row_weights`.
-        scales: (outputs,) what one of a weight's steps is.
-        totals: (outputs,) sums of the weights, in steps.
-        biases: (outputs,).
+        scales: (outputs,) value of one step of a weight.
+        totals: (outputs,) sum of the weights, in steps.
+        biases: (outputs,) biases.
     """
 
     def __init__(self, convolution: Convolution, by_row_pairs: bool = ROW_PAIRS_PAY) -> None:
@@ -51,11 +52,11 @@ class ByteWeights:
 
 
 def in_bytes(weights: FloatArray) -> tuple[NDArray[np.int8], FloatArray]:
-    """(outputs, inputs) weights in whole steps, 127 of which are an output's largest; and the steps."""
+    """(outputs, inputs) weights in steps, and each output's step, 127 of which are its largest weight."""
     scales = np.maximum(np.abs(weights).max(axis=1), np.float32(1e-30)) / np.float32(127)
     return np.rint(weights / scales[:, None]).astype(np.int8), scales
 
 
 def in_tiles(count: int) -> int:
-    """So many numbers, or as many more as fill the last tile."""
+    """A count rounded up to whole tiles."""
     return -(-count // TILE_COLUMNS) * TILE_COLUMNS

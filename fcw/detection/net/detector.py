@@ -1,4 +1,5 @@
-"""The detector: a glance at the picture and its bands proposes, a closer look places, both decide."""
+"""The detector: a glance at the picture and its bands proposes boxes, a closer look refines them, both
+decide."""
 
 import math
 from dataclasses import dataclass, replace
@@ -20,57 +21,62 @@ from fcw.detection.net.model import NetModel
 from fcw.detection.net.windows import Pyramid, placements_on
 
 LOOKED_AGAIN = 0.88, 1.12
-"""Sizes of the vehicle that the net expects where it looks again, beside the one that it found."""
+"""Where the net looks again, its windows expect vehicles of these sizes, relative to the one that it
+found."""
 
 GLANCE_AGREES = 0.5
-"""IoU from which a box of the glance shows the vehicle that a box of the look shows."""
+"""IoU from which a box of the glance and one of the look are of the same vehicle."""
 
 
 @dataclass(frozen=True, slots=True)
 class NetSettings:
-    """What is looked at, and what the detector does with the verdicts.
+    """What is looked at, and how scores and boxes are combined.
+
+    "Cameras left out" are those that a net was not trained on.
 
     Attributes:
-        pitch_tolerance_rad: by how much the calibration's pitch may be off.
-        largest_scale: how far bands may enlarge the picture.
-        glance_from: logit from which a cell of the glance says something; where none agrees with a box it
-            counts as this.
-        looked_from: logit of the glance from which what it sees is looked at.
-        looked_at: most of that, best first.
-        looked_iou: boxes of the glance that overlap more show the same.
-        looked_size: size of the vehicle that the look expects, beside the glance's: boxes of the look err to
-            what it expects, and with this they are as wide as those that people drew.
-        glance_share: what the glance counts for near vehicles, beside the look: in what they are, and where.
-        glance_parts: height of a box, as a part of the picture's, up to which the glance has no say, and
-            from which it has its share.
-        again_from: logit from which the look is taken again. On cameras left out it does not matter
-            whether it is below.
-        sizes_m: sqrt(w h) that a vehicle may have where its box stands on the road: motorcycle to bus.
-            On cameras left out a tenth of the false boxes are larger, houses and trees, and no vehicle; 3.7 m
-            would lose lorries.
-        size_tolerances: by so many tolerances the pitch may be off before a box is too small, and too large.
-            Having no limit at all costs nothing on the drives kept for judging, on which this was chosen
-            (`benchmarks/more_vehicles/wrong_pitch.py`).
-        largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
-        near_part: height of a box, as a part of the picture's, from which it is trusted sooner.
-        nearest_part: height, likewise, beyond which it is trusted no sooner still: houses are that high too.
-        near_bonus: added to the logit for each doubling of the height between. The net does not know how
-            large a window is; windows of near vehicles are few, and so are false ones among them: on cameras
-            left out a fifth to a tenth as many at the same logit. Chosen there, of 1.0, 1.2 and 1.3.
-        wide_aspect: width over height from which a box is trusted sooner: so wide are vehicles that stand
-            across or pass the other way, and little else.
-        widest_aspect: from which it is trusted no sooner still.
-        wide_bonus: added to the logit for each doubling between. The net learnt rears, and gives sides and
-            fronts less than they deserve. Of 0 to 6, 4 to 6 foretell best which boxes are vehicles on
-            cameras left out (`benchmarks/wide_boxes.py`, with a net that learnt from most of them); with 5,
-            one of ten rendered cars that stop beside our way was warned of.
-        agreeing_iou: windows whose boxes are this near to the best one's have a say in where it is, and bear
-            it out.
-        borne_out: added to the logit for each e-fold of the number of windows that bear it out, each counted
-            by how sure it is. A vehicle lights up several, chance few: on cameras left out this finds more
-            at the same false boxes. Chosen there and on Cityscapes, of 0.5, 1.0 and 2.0.
-        score_threshold: logit from which a window counts as a vehicle; None: the model's.
-        faint_margin: windows up to so much below it are handed on as faint.
+        pitch_tolerance_rad: largest error of the calibration's pitch.
+        largest_scale: largest factor by which bands may enlarge the picture.
+        glance_from: least logit of a cell of the glance; also the logit that counts if no cell agrees with a
+            box.
+        looked_from: least logit of the glance's boxes that are looked at.
+        looked_at: the largest number of these, best first.
+        looked_iou: of two boxes of the glance with a larger IoU, only the better is looked at.
+        looked_size: size of the vehicle that the look's window expects, relative to the glance's box. Boxes
+            of the look are biased towards the expected size; with this, they are as wide as boxes drawn by
+            hand.
+        glance_share: weight of the glance, beside the look, in logit and box of near vehicles.
+        glance_parts: height of a box, as a fraction of the picture's, up to which the glance has no weight,
+            and from which it has its full share.
+        again_from: least logit of the look for looking again. On cameras left out, a lower one makes no
+            difference.
+        sizes_m: smallest and largest sqrt(w h) of a vehicle at its place on the road: motorcycle to bus. On
+            cameras left out, a tenth of the false boxes are larger, houses and trees, and no vehicle is; 3.7
+            m would lose lorries.
+        size_tolerances: error of the pitch, in tolerances, that is allowed for before a box counts as too
+            small, and as too large. Having no limit at all costs nothing on the drives kept for judging, on
+            which this was chosen (`benchmarks/more_vehicles/wrong_pitch.py`).
+        largest_overlap: of two boxes with more overlap (intersection over the smaller area), the better is
+            kept.
+        near_part: height of a box, as a fraction of the picture's, from which it gets a bonus.
+        nearest_part: height from which the bonus grows no further, as houses are that high, too.
+        near_bonus: bonus to the logit for each doubling of the height in between. The net does not know how
+            large a window is. There are few windows for near vehicles, and so few false ones among them: on
+            cameras left out, a fifth to a tenth as many at the same logit. Chosen there, of 1.0, 1.2 and 1.3.
+        wide_aspect: width over height of a box from which it gets a bonus. Vehicles that stand across, or are
+            passed in the other direction, are so wide, and little else is.
+        widest_aspect: width over height from which this bonus grows no further.
+        wide_bonus: bonus to the logit for each doubling of width over height in between. The net was trained
+            on rears, and scores sides and fronts too low. Of 0 to 6, 4 to 6 predict best which boxes are
+            vehicles on cameras left out (`benchmarks/wide_boxes.py`, with a net trained on most of them);
+            with 5, one of ten rendered cars that stop beside our path was warned of.
+        agreeing_iou: IoU from which the boxes of two windows agree. Agreeing windows are averaged, and
+            support each other.
+        borne_out: bonus to the logit for each e-fold of the number of agreeing windows, each weighted by its
+            probability. A vehicle raises several windows, chance only a few: on cameras left out, this finds
+            more vehicles with as many false boxes. Chosen there and on Cityscapes, of 0.5, 1.0 and 2.0.
+        score_threshold: least logit of a detection; None for the model's.
+        faint_margin: boxes with a logit up to this much below the threshold are returned as faint.
     """
 
     pitch_tolerance_rad: float = math.radians(1.0)
@@ -99,12 +105,12 @@ class NetSettings:
 
 
 class NetDetector:
-    """Vehicles seen from behind: their whole visible body, the box that ranging expects.
+    """Detects vehicles seen from behind. Boxes enclose the whole visible body, as ranging expects.
 
-    An instance owns scratch memory: use one for each thread.
+    An instance owns working memory, so each thread needs its own.
 
     Raises:
-        UserError: by the calibration the road is not in the picture.
+        UserError: the calibration puts the road outside the picture.
     """
 
     def __init__(
@@ -207,7 +213,7 @@ class NetDetector:
         scores = scores + settings.near_bonus * doublings(parts, settings.near_part, settings.nearest_part)
         scores += settings.wide_bonus * doublings(aspects, settings.wide_aspect, settings.widest_aspect)
         agreeing = intersection_over_union(boxes, boxes) >= settings.agreeing_iou
-        np.fill_diagonal(agreeing, True)  # else one may miss it by a hair
+        np.fill_diagonal(agreeing, True)  # a box's IoU with itself may be rounded to less than 1
         scores += settings.borne_out * np.log(agreeing @ _probability(scores))
         heard = scores >= min(self._threshold, self._usual_threshold) - settings.faint_margin
         return tuple(
@@ -217,10 +223,10 @@ class NetDetector:
         )
 
     def _has_size(self, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(N,) which are as large as a vehicle, for some pitch of the camera.
+        """(N,) which boxes have the size of a vehicle, for some pitch of the camera.
 
-        What ends at the picture's bottom may be nearer, and so smaller, than it looks. The pitch may be far
-        off: a lead that is never found cannot correct it.
+        A box that ends at the picture's bottom may be nearer, and so smaller, than it looks. A large error of
+        the pitch is allowed for, because only vehicles that are found can correct it.
         """
         low_m, high_m = self._settings.sizes_m
         bottoms = boxes[:, 1] + boxes[:, 3]
@@ -240,10 +246,10 @@ class NetDetector:
     def _agreed(
         self, boxes: NDArray[np.float64], scores: NDArray[np.float64]
     ) -> tuple[list[list[float]], list[float]]:
-        """The best of those that overlap, each where those that agree with it have it on average.
+        """Non-maximum suppression; each box that is kept is averaged with those that agree with it.
 
-        Windows below the threshold, the detector's or the model's, have no say in where the vehicle of one
-        above it is: asked for all scores the detector puts a vehicle where it puts it otherwise.
+        Boxes below the threshold (the detector's or the model's) do not change the average of one above it.
+        So the boxes of vehicles are the same if the detector is asked for boxes of all scores.
         """
         kept = suppress(boxes, scores, self._settings.largest_overlap)
         heard_from = np.where(scores >= self._threshold, self._threshold, -np.inf)
@@ -256,7 +262,7 @@ class NetDetector:
 
 
 def doublings(values: NDArray[np.float64], first: float, last: float) -> NDArray[np.float64]:
-    """How often each of the values has doubled since `first`, no further than to `last`."""
+    """Base-2 logarithm of each value over `first`, between 0 and that of `last`."""
     return np.log2(np.clip(values, first, last) / first)
 
 

@@ -1,16 +1,15 @@
-"""What a net says of many small windows, in kernels of our own and in bytes.
+"""Forward pass of a net over many small windows, in 8-bit integers.
 
-`TOGETHER` windows lie side by side: the innermost axis of all memory is the window, so that a row of pixels
-of these windows is one long row of words. A convolution then is a sum of such rows, each shifted and
+`TOGETHER` windows are computed together. The innermost axis of all memory is the window, so that a row of
+pixels of these windows is one long row of words. A convolution is then a sum of such rows, each shifted and
 multiplied by one word of weights, which fills the widest registers however small the windows are
-(`fcw.kernels.products`); and what a layer holds of so few windows stays in a core's own cache.
+(`fcw.kernels.products`). And a layer of so few windows stays in a core's own cache.
 
-As in `fcw.detection.net.planes` weights and numbers are bytes, four planes of them in a word; each window has
-a scale of its own, so that it is seen alike in any company.
+As in `fcw.detection.net.planes`, weights and activations are bytes, with four planes in a word. Each window
+has its own scale, so that its result does not depend on the windows beside it.
 
-Rows and columns lie around each layer's numbers that stand for zeros. Before a convolution that goes two
-columns a step a row's columns are parted, first the even, then the odd ones: what its sums take from is then
-side by side.
+Each layer's activations have zero padding around them. For a convolution of stride 2, the columns of a row
+are reordered, first the even, then the odd ones, so that the words of a sum are contiguous.
 """
 
 from typing import NamedTuple
@@ -50,15 +49,15 @@ WordArray = NDArray[np.int32]
 
 
 class _Work(NamedTuple):
-    """What the kernel works in.
+    """Working memory of the kernel.
 
     Attributes:
-        sums: (`FILTERS` of rows, TILE_ROWS, at least a row of outputs) of a convolution.
-        values: a convolution's outputs: planes, rows, columns, windows.
-        largest: (columns, windows) of them, flat.
-        steps: likewise, what a byte's step is in each window, the same in all columns.
-        inverses: likewise, how many of them one is.
-        zeros: likewise, which byte is zero.
+        sums: (`FILTERS`, TILE_ROWS, at least a row of outputs) sums of a convolution.
+        values: outputs of a convolution: planes, rows, columns, windows.
+        largest: (columns, windows) largest outputs, flat.
+        steps: (columns, windows) scale of the bytes of each window, the same in all columns, flat.
+        inverses: (columns, windows) one over `steps`, flat.
+        zeros: (columns, windows) zero point of the bytes, flat.
     """
 
     sums: WordArray
@@ -70,13 +69,13 @@ class _Work(NamedTuple):
 
 
 class ForwardPass:
-    """A net that looks at windows of one size, in memory it keeps: one for each thread.
+    """A net for windows of one size. It owns working memory, so each thread needs its own.
 
     Args:
-        layers: of the net.
-        side_px: of the windows.
-        least_contrast: as of `fcw.detection.net.look.normalised`.
-        by_row_pairs: as of `ByteWeights`.
+        layers: the layers of the net.
+        side_px: side of the windows.
+        least_contrast: grey levels added to the contrast; see `fcw.detection.net.look.normalised`.
+        by_row_pairs: see `ByteWeights`.
 
     Raises:
         ValueError: windows of this size do not fit the layers.
@@ -117,7 +116,7 @@ class ForwardPass:
         )
 
     def __call__(self, windows: NDArray[np.uint8]) -> FloatArray:
-        """(N, outputs) of (N, side, side, 3) BGR windows, each seen as `normalised` shows it."""
+        """(N, outputs) of (N, side, side, 3) BGR windows, which are normalised as by `normalised`."""
         count = len(windows)
         hidden = np.empty((-(-count // TOGETHER) * TOGETHER, len(self._hidden.biases)), np.float32)
         _forward(
@@ -146,7 +145,7 @@ def _forward(
     work: _Work,
     hidden: FloatArray,
 ) -> None:
-    """The hidden layer's numbers, one row a window, of (N, side * side * 3) windows."""
+    """Compute the hidden layer, one row per window, of (N, side * side * 3) windows."""
     inputs, numbers = targets[len(targets) - 1].words, work.sums.reshape(-1)
     for first in range(0, len(hidden), TOGETHER):
         together = windows[first : first + TOGETHER]
@@ -177,7 +176,7 @@ def _see(
     steps: FloatArray,
     zeros: FloatArray,
 ) -> None:
-    """Windows beside each other, and by what they are without their brightness and over their contrast."""
+    """Write windows as interleaved words, with the scale and zero point that normalise each of them."""
     pitch, last, pixels = side + 2, side + 1, windows.reshape(-1)
     for n in range(len(windows)):
         mean, deviation = mean_and_deviation(pixels, n * windows.shape[1], windows.shape[1])
@@ -228,7 +227,7 @@ def _convolve(layer: WindowLayer, work: _Work) -> None:
 
 @inner_kernel()
 def _sum_row(layer: WindowLayer, row: int, first: int, width: int, sums: WordArray, pitch: int) -> None:
-    """A row of a block of outputs, from the first one on."""
+    """Sum up a row of a block of outputs, which begins with output `first`."""
     source, weights = row * layer.shape[0], first * len(layer.offsets)
     for x in range(0, width, TILE_COLUMNS):
         sum_products(
@@ -238,7 +237,7 @@ def _sum_row(layer: WindowLayer, row: int, first: int, width: int, sums: WordArr
 
 @inner_kernel()
 def _sum_row_pair(layer: WindowLayer, pair: int, first: int, width: int, sums: WordArray, pitch: int) -> None:
-    """As `_sum_row`, of two rows; see `fcw.detection.net.row_pairs`."""
+    """Like `_sum_row`, for two rows; see `fcw.detection.net.row_pairs`."""
     size = len(layer.offsets) // 3 * ((layer.shape[1] + 1) // 2) * layer.shape[0]
     for each in range(FILTERS):
         source = layer.filtered + each * size + pair * layer.shape[0]
@@ -272,7 +271,7 @@ def _put(
     values: FloatArray,
     to: int,
 ) -> None:
-    """A row of outputs, and how large they become."""
+    """Write a row of outputs, and update the largest ones."""
     scale, total, bias = weights
     for i in range(count):
         x = np.uint64(i)
@@ -284,7 +283,7 @@ def _put(
 
 @inner_kernel()
 def _put_in_bytes(layer: WindowLayer, work: _Work, target: Target) -> None:
-    """A convolution's outputs to where the next layer looks for them."""
+    """Write a convolution's outputs as bytes, as the input of the next layer."""
     rows, columns, outputs = layer.shape[1], layer.shape[2], len(layer.biases)
     for n in range(TOGETHER):
         large = np.float32(1e-30)
@@ -308,7 +307,7 @@ def _put_in_bytes(layer: WindowLayer, work: _Work, target: Target) -> None:
 def _put_byte(
     values: FloatArray, start: int, inverses: FloatArray, byte: int, words: WordArray, count: int
 ) -> None:
-    """A row of numbers as so manieth byte of words; the first one clears them."""
+    """Write a row of numbers as byte number `byte` of words; the first byte clears the words."""
     bits, kept = np.int32(8 * byte), np.int32(-1 if byte else 0)
     for i in range(count):
         x = np.uint64(i)
@@ -318,7 +317,7 @@ def _put_byte(
 
 @inner_kernel(no_alias=True)
 def _put_row(row: WordArray, places: NDArray[np.int64], words: WordArray, to: int) -> None:
-    """A row of words to its columns' places."""
+    """Write a row of words to the places of its columns."""
     for column in range(len(places)):
         source, place = np.uint64(column * TOGETHER), np.uint64(to + places[column] * TOGETHER)
         for lane in range(TOGETHER):

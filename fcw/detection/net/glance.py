@@ -1,9 +1,9 @@
-"""A glance at the picture and its bands, shown small: vehicles in their surroundings.
+"""The glance: a net that sees the picture and its bands at low resolution, vehicles with their surroundings.
 
-As in FCOS (Tian et al. 2019) each of a net's cells says whether it is in the middle of a vehicle, and how far
-that reaches to either side; as in feature pyramids (Lin et al. 2017) what is seen of larger surroundings is
-added to what is seen finely. The same net sees the whole picture and, of what is far, bands that show it
-larger (`fcw.detection.net.bands`): to it all vehicles are near.
+As in FCOS (Tian et al. 2019), each cell of the net's output tells whether it is in the middle of a vehicle,
+and how far the vehicle extends to each side. As in feature pyramids (Lin et al. 2017), coarse features of a
+wider surrounding are added to fine ones. The same net sees the whole picture and bands that enlarge what is
+far away (`fcw.detection.net.bands`), so that to it all vehicles are near.
 """
 
 from collections.abc import Sequence
@@ -36,33 +36,31 @@ FloatArray = NDArray[np.float32]
 WordArray = NDArray[np.int32]
 
 CELL_PX = 8
-"""Side of a cell, in what the net is shown."""
+"""Side of a cell, in pixels of the net's input."""
 LEAST_CONTRAST = 8.0
-"""Counts added to the standard deviation of what the net is shown, as for windows."""
+"""Grey levels added to the standard deviation of the input before it is divided out, as for windows."""
 LARGEST_REACH = 4.0
-"""Of the logarithms of reaches, in cells: 50 cells are more than the whole picture has."""
+"""Upper bound of the log extent of a vehicle, in cells: 50 cells are more than the whole picture has."""
 CUT_PX = 3.0
-"""What ends so near to where a band was cut out may go on beyond."""
+"""A box that ends this near to the edge of a band may continue beyond it."""
 
 LOWEST = float(np.finfo(np.float32).min)
-"""No output is less: kernels may take for granted that nothing is infinite."""
+"""Lower bound of all outputs, so that kernels may assume finite numbers."""
 
 FINE, MIDDLE, COARSE = 4, 2, 3
-"""How many convolutions come first, see cells twice as large, and four times."""
+"""Number of convolutions at the finest scale, at half, and at a quarter of it."""
 CHANNELS = ((3, 16, 32, 48, 48), (48, 96, 96), (96, 128, 128, 96), (96, 48), (48, 48), (48, 5))
-"""Of the convolutions: fine, middle, coarse; after each of the two sums; and those of the outputs."""
+"""Channels of the convolutions: fine, middle, coarse, after each of the two sums, and of the output."""
 STRIDES = (2, 2, 2, 1, 2, 1, 2, 1, 1, 1, 1, 1)
 SHAPES = tuple((outputs, inputs, 3, 3) for row in CHANNELS for inputs, outputs in pairwise(row))
-"""Of the weights of all convolutions."""
+"""Shapes of the weights of all convolutions."""
 
 
 class GlanceMemory:
-    """What nets for pictures of several sizes have in common: one for each thread.
-
-    They are never at work at the same time.
+    """Weights and working memory that the nets for several input sizes share. Each thread needs its own.
 
     Args:
-        convolutions: all of the net's, of `SHAPES`.
+        convolutions: all convolutions of the net, of `SHAPES`.
     """
 
     def __init__(self, convolutions: Sequence[Convolution]) -> None:
@@ -72,11 +70,11 @@ class GlanceMemory:
 
 
 class GlanceNet:
-    """The net for pictures of one size.
+    """The net for one input size.
 
     Args:
-        memory: its weights and what it works in, with other nets of its thread.
-        shown: the size.
+        memory: weights and working memory, shared with the other nets of its thread.
+        shown: the input size.
     """
 
     def __init__(self, memory: GlanceMemory, shown: ImageSize) -> None:
@@ -94,10 +92,10 @@ class GlanceNet:
         self._plane_count = max(each.output_count for each in layers)
 
     def __call__(self, picture: NDArray[np.uint8]) -> FloatArray:
-        """(5, rows, columns): each cell's logit, and how far the vehicle reaches to left, top, right, bottom.
+        """(5, rows, columns): each cell's logit, and log extents of the vehicle to left, top, right, bottom.
 
-        The latter from the cell's middle, as logarithms, in cells. They are in memory that the next call of
-        any of the nets overwrites.
+        Extents are from the middle of the cell, in cells. The result is in memory that the next call of any
+        net of the thread overwrites.
         """
         memory, (outputs, rows, columns) = self._memory, self._layers[-1].outputs
         planes = memory.planes.of(self._plane_count)
@@ -125,7 +123,7 @@ def _see(
     fine: FloatArray,
     middle: FloatArray,
 ) -> None:
-    """All of the net in one call: between calls the interpreter's lock would be asked for, and waited for."""
+    """The whole net in one call; between several calls, it would have to wait for the interpreter's lock."""
     for number in range(len(layers)):
         if number == FINE:
             _copy(planes, fine)
@@ -153,7 +151,7 @@ def _copy(planes: FloatArray, to: FloatArray) -> None:
 
 @inner_kernel(no_alias=True)
 def _add_doubled(planes: FloatArray, shape: tuple[int, int, int], coarse: FloatArray) -> None:
-    """To every element that of coarser planes at its place: each of theirs to four."""
+    """Add coarser planes, enlarged twice by repeating their elements."""
     count, rows, columns = shape
     pitch, coarse_pitch = columns + BEYOND, columns // 2 + BEYOND
     for plane in range(count):
@@ -168,18 +166,18 @@ def _add_doubled(planes: FloatArray, shape: tuple[int, int, int], coarse: FloatA
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Glanced:
-    """What a glance saw.
+    """The result of a glance.
 
     Attributes:
-        boxes: (N, 4) x, y, w, h of the vehicles that cells would be in the middle of, px of the picture.
-        logits: (N,) that they are, best first.
+        boxes: (N, 4) x, y, w, h of possible vehicles, in pixels of the picture.
+        logits: (N,) their logits, best first.
     """
 
     boxes: NDArray[np.float64]
     logits: NDArray[np.float64]
 
     def best(self, count: int, largest_iou: float, least_logit: float) -> "Glanced":
-        """The best ones, of no less than a logit, of which no two overlap by more than an IoU."""
+        """The best boxes with at least a logit, of which no two have more than an IoU."""
         enough = np.searchsorted(-self.logits, -least_logit, side="right")
         chosen = keep_unlike(self.boxes[:enough], largest_iou, count)
         return Glanced(self.boxes[chosen], self.logits[chosen])
@@ -187,13 +185,13 @@ class Glanced:
     def logits_of(
         self, boxes: NDArray[np.float64], least_iou: float, least_logit: float
     ) -> NDArray[np.float64]:
-        """(M,) the best logit of what agrees with each of (M, 4) boxes, and no less than `least_logit`."""
+        """(M,) best logit of those that agree with each of (M, 4) boxes, and at least `least_logit`."""
         agree = intersection_over_union(boxes, self.boxes) >= least_iou
         logits = np.where(agree, self.logits, least_logit)
         return logits.max(axis=1, initial=least_logit)
 
     def boxes_of(self, boxes: NDArray[np.float64], least_iou: float) -> NDArray[np.float64]:
-        """(M, 4) the mean of what agrees with each of (M, 4) boxes, by its probability, or the box itself."""
+        """(M, 4) for each box, the mean of those that agree with it, weighted by probability; else itself."""
         agree = intersection_over_union(boxes, self.boxes) >= least_iou
         weights = agree / (1.0 + np.exp(-self.logits))
         total = weights.sum(axis=1, keepdims=True)
@@ -201,11 +199,11 @@ class Glanced:
 
 
 class Glance:
-    """Glances at pictures of one size; owns memory: use one for each thread.
+    """Glances at pictures. An instance owns working memory, so each thread needs its own.
 
     Args:
-        convolutions: of the net.
-        least_logit: cells below it say nothing.
+        convolutions: the convolutions of the net.
+        least_logit: cells with a lower logit are ignored.
     """
 
     def __init__(self, convolutions: Sequence[Convolution], least_logit: float) -> None:
@@ -213,7 +211,7 @@ class Glance:
         self._nets: dict[ImageSize, GlanceNet] = {}
 
     def at(self, pyramid: Pyramid, bands: Sequence[Band]) -> Glanced:
-        """What may be a vehicle in bands of a picture."""
+        """Possible vehicles in the bands of a picture."""
         seen = [self._in(pyramid, band) for band in bands]
         logits = np.concatenate([logits for _, logits in seen])
         order = np.argsort(-logits, kind="stable")
@@ -234,7 +232,7 @@ class Glance:
         ends = (band.shown.width - CUT_PX, band.shown.height - CUT_PX)
         cut = ((corners < CUT_PX) & goes_on_before) | ((far_corners > ends) & goes_on_beyond)
         whole = ~cut.any(axis=1)
-        # Coordinates have their origin in the middle of the first pixel.
+        # The origin of coordinates is the centre of the first pixel.
         corners = corners[whole] * band.scale + np.subtract(band.corner_px, 0.5)
         sizes = (reaches[whole, :2] + reaches[whole, 2:]) * band.scale
         boxes = np.hstack([corners, sizes]).astype(np.float64)

@@ -1,7 +1,7 @@
-"""A closer look at what a glance found: whether a vehicle stands there, and where exactly.
+"""A closer look at the boxes of a glance: whether there is a vehicle, and where exactly.
 
-As in cascades of nets (Cascade R-CNN: Cai & Vasconcelos 2018) what decides sees vehicles that stand where
-they should, each as large as all others.
+As in cascaded nets (Cascade R-CNN: Cai & Vasconcelos 2018), the net that decides sees every vehicle at the
+same place in its window and at the same size.
 """
 
 import numpy as np
@@ -14,14 +14,14 @@ from fcw.detection.net.windows import Pyramid, boxes_of
 LOOK_PX = 48
 """Side of the windows that the net is given."""
 LEAST_CONTRAST = 5.0
-"""Counts added to a window's standard deviation, so that noise on a plain wall does not fill the scale."""
+"""Grey levels added to a window's standard deviation, so that noise on a plain wall is not amplified."""
 
 
 def normalised(windows: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """What the net is given: each window's brightness taken away and its contrast divided out.
+    """The net's input: windows with their mean subtracted, divided by their contrast.
 
-    Haze, dusk and exposure are affine to what they change, with one scale and one offset at one distance
-    (Koschmieder's law): a vehicle in fog looks to the net as it does on a clear day, but for noise.
+    Haze, dusk and exposure change grey values by one scale and one offset at any one distance (Koschmieder's
+    law). So a vehicle in fog looks to the net as it does on a clear day, except for noise.
 
     Args:
         windows: (N, side, side, 3) BGR.
@@ -36,11 +36,11 @@ def normalised(windows: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 class Look:
-    """A net that says of each window whether a vehicle stands in it, and where.
+    """A net that tells for each window whether it shows a vehicle, and where.
 
     Args:
-        network: an ONNX file's bytes: (N, 3, side, side), `normalised`, to (N, 5): the logit that a
-            vehicle stands in the window, and its offsets (`fcw.detection.net.windows.boxes_of`).
+        network: the bytes of an ONNX file. Input: (N, 3, side, side), `normalised`. Output: (N, 5), the logit
+            of a vehicle, and its offsets (`fcw.detection.net.windows.boxes_of`).
 
     Raises:
         ValueError: the file holds another kind of net; see `fcw.detection.net.onnx_layers`.
@@ -52,11 +52,11 @@ class Look:
     def at(
         self, pyramid: Pyramid, placements: NDArray[np.float64], mirrored: bool = False
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(N, 4) boxes of the vehicles that would stand there, and (N,) logits that they do.
+        """(N, 4) boxes of the vehicles in windows, and (N,) their logits.
 
         Args:
-            pyramid: of the picture.
-            placements: (N, 3) of the windows.
+            pyramid: the picture.
+            placements: (N, 3) placements of the windows; see `Pyramid.windows`.
             mirrored: whether the net is shown their mirror images.
         """
         if not len(placements):

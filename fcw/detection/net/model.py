@@ -1,4 +1,4 @@
-"""What the detector learnt: the nets of glance and look, and their file."""
+"""The trained model: the nets of glance and look, and their file."""
 
 import json
 import math
@@ -23,12 +23,12 @@ SHIPPED_NET_PATH = Path(__file__).parents[1] / "weights" / "net.npz"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NetModel:
-    """Everything the detector needs that was learnt.
+    """Everything that the detector has learned.
 
     Attributes:
-        glance: the convolutions of the net that sees the picture (`fcw.detection.net.glance.SHAPES`).
-        look: the net that looks at what a glance found, an ONNX file's bytes (`fcw.detection.net.look.Look`).
-        score_threshold: logit from which a window counts as a vehicle by default.
+        glance: convolutions of the net that sees the picture (`fcw.detection.net.glance.SHAPES`).
+        look: bytes of the ONNX file of the net that looks closer (`fcw.detection.net.look.Look`).
+        score_threshold: default threshold: least logit of a detection.
     """
 
     glance: tuple[Convolution, ...]
@@ -83,10 +83,10 @@ class NetModel:
 
 
 def _convolution(arrays: Mapping[str, NDArray[Any]], number: int) -> Convolution:
-    """One of the glance's.
+    """A convolution of the glance, by its number.
 
     Raises:
-        ValueError: it is missing, or none of this net.
+        ValueError: it is missing, or does not fit this net.
     """
     weights, biases = (arrays.get(f"glance_{number}_{name}") for name in ("weights", "biases"))
     shape = SHAPES[number]

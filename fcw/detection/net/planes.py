@@ -1,14 +1,14 @@
-"""Convolutions of a whole picture's planes, in kernels of our own and in bytes.
+"""Convolutions of a whole picture's planes in 8-bit integers.
 
-Weights are bytes, each output's with a scale of its own, and so are the planes while they are convolved, with
-one scale from zero to the largest number of the picture in hand; what comes out is float32 again (Jacob et
-al. 2018). Nothing is learnt or measured for it, and on cameras left out as much is found as with float32.
+Weights are quantised to bytes with one scale for each output. The input planes are quantised to bytes, too,
+with one scale from zero to their largest value; outputs are float32 again (Jacob et al. 2018). No training or
+measurement is needed for it, and on cameras left out it finds as much as float32.
 
-Four planes lie in a word's bytes. Where a convolution goes two columns and two rows a step, the words are
-parted into four parts, of even and odd rows and columns. All that one product of its sums takes from then
-lies side by side, from the first row of outputs to the last: a part is one long row of words to
-`fcw.kernels.products`, whatever its width. Sums between the rows, of what lies around the planes, are made as
-well, and become zeros: `BEYOND` of them end each row of all planes.
+A word holds the bytes of four planes. For a convolution of stride 2, the words are split into four parts, of
+even and odd rows and columns. The words that one product of all sums needs are then contiguous, from the
+first row of outputs to the last: a part is one long row of words to `fcw.kernels.products`, whatever its
+width. Sums between the rows, in the padding, are computed as well and then set to zero; each row of all
+planes ends with `BEYOND` of these zeros.
 """
 
 import math
@@ -41,25 +41,25 @@ WordArray = NDArray[np.int32]
 
 
 BEYOND = 2
-"""Zeros at the end of each row of planes: of the ring to the right of it, and to the left of the next."""
+"""Zeros at the end of each row of planes: the padding to the right of it, and to the left of the next row."""
 SUMMED = 16384
-"""How many squares of bytes are summed in 32 bits."""
+"""Number of squares of bytes that can be summed in 32 bits."""
 
 
 class PlaneConvolution(NamedTuple):
-    """A convolution of planes of one size, as kernels read it; `plane_convolution` makes it.
+    """A convolution for planes of one size, in the form that kernels read; made by `plane_convolution`.
 
     Attributes:
-        weights: as of `ByteWeights`, and likewise the three next ones.
-        scales: (outputs,)
-        totals: (outputs,)
-        biases: (outputs,).
-        offsets: where its products find their words, from the first one's.
-        inputs: planes, rows and columns that it takes.
-        outputs: planes, rows and columns that it gives.
-        part_rows: rows of a part, with the ring of zeros.
+        weights: see `ByteWeights`.
+        scales: (outputs,) see `ByteWeights`.
+        totals: (outputs,) see `ByteWeights`.
+        biases: (outputs,) see `ByteWeights`.
+        offsets: offsets of the words of all products from the first one's.
+        inputs: number of planes, rows and columns of the input.
+        outputs: number of planes, rows and columns of the output.
+        part_rows: number of rows of a part, including padding.
         stride: 1 or 2.
-        by_row_pairs: whether two rows of outputs are summed at once.
+        by_row_pairs: whether two rows of outputs are computed at once.
     """
 
     weights: WordArray
@@ -75,14 +75,14 @@ class PlaneConvolution(NamedTuple):
 
     @property
     def word_count(self) -> int:
-        """Words that it needs for its inputs, and what tiles read beyond."""
+        """Number of words for its inputs, including those that tiles read beyond the end."""
         words, pitch = -(-self.inputs[0] // WORD_BYTES), self.outputs[2] + BEYOND
         filtered = FILTERS * PAIRS * -(-self.outputs[1] // 2) if self.by_row_pairs else 0
         return words * (self.stride**2 * self.part_rows + filtered) * pitch + TILE_COLUMNS + BEYOND
 
     @property
     def sum_count(self) -> int:
-        """Sums that it needs room for."""
+        """Number of sums that it needs memory for."""
         pitch = self.outputs[2] + BEYOND
         if self.by_row_pairs:
             return FILTERS * TILE_ROWS * in_tiles(-(-self.outputs[1] // 2) * pitch)
@@ -90,16 +90,16 @@ class PlaneConvolution(NamedTuple):
 
     @property
     def output_count(self) -> int:
-        """Numbers that it gives."""
+        """Number of output values, including padding."""
         count, rows, columns = self.outputs
         return count * rows * (columns + BEYOND)
 
 
 def plane_convolution(weights: ByteWeights, height: int, width: int) -> PlaneConvolution:
-    """A convolution of planes of a size.
+    """Make a convolution for planes of a size.
 
     Raises:
-        ValueError: planes of this size cannot be halved.
+        ValueError: the stride is 2, and planes of this size cannot be halved.
     """
     stride, words = weights.stride, -(-weights.inputs // WORD_BYTES)
     if height % stride or width % stride:
@@ -134,18 +134,18 @@ def put_picture(
     words: WordArray,
     work: WordArray,
 ) -> tuple[np.float32, np.float32]:
-    """A picture to where a convolution that halves it looks for it, for kernels to call.
+    """Write a picture as the input of a convolution of stride 2, for kernels to call.
 
     Args:
         picture: (height, width, 3), contiguous.
-        convolution: which.
-        least_contrast: counts added to the picture's standard deviation.
-        words: flat memory of the convolution's, at least `word_count`.
-        work: likewise `sum_count`.
+        convolution: the convolution.
+        least_contrast: grey levels added to the picture's standard deviation.
+        words: memory for the convolution's inputs, at least `word_count`.
+        work: working memory, at least `sum_count`.
 
     Returns:
-        What a byte's step is, and which byte would be zero, of the picture without its brightness and over
-        its contrast.
+        Scale and zero point of the bytes, by which they stand for the picture with its mean subtracted and
+        divided by its contrast.
     """
     mean, deviation = mean_and_deviation(picture.reshape(-1), 0, picture.size)
     _fill_ring(convolution, np.int32(np.rint(mean)) * np.int32(0x010101), words)
@@ -158,16 +158,16 @@ def put_picture(
 def put_planes(
     planes: FloatArray, convolution: PlaneConvolution, words: WordArray, work: WordArray
 ) -> tuple[np.float32, np.float32]:
-    """Planes to where a convolution looks for them, as bytes, for kernels to call.
+    """Write planes as bytes, as the input of a convolution, for kernels to call.
 
     Args:
-        planes: flat, each row with `BEYOND` zeros at its end; none is below zero.
-        convolution: which.
-        words: flat memory of the convolution's, at least `word_count`.
-        work: likewise `sum_count`.
+        planes: flat, not negative; each row ends with `BEYOND` zeros.
+        convolution: the convolution.
+        words: memory for the convolution's inputs, at least `word_count`.
+        work: working memory, at least `sum_count`.
 
     Returns:
-        What a byte's step is, and which byte is zero.
+        Scale and zero point of the bytes.
     """
     count, height, width = convolution.inputs
     size = height * (width + BEYOND)
@@ -196,16 +196,16 @@ def convolve(
     sums: WordArray,
     outputs: FloatArray,
 ) -> None:
-    """A convolution of what was put into words, for kernels to call.
+    """Compute a convolution of inputs that were written as words, for kernels to call.
 
     Args:
-        convolution: which.
-        step: of the words' bytes.
-        zero: which byte is zero.
-        least: no output is less.
-        words: where its inputs are.
-        sums: flat memory to work in, at least `sum_count`; both start where a cache line does.
-        outputs: flat memory for what it gives, each row with `BEYOND` zeros at its end.
+        convolution: the convolution.
+        step: scale of the inputs' bytes.
+        zero: zero point of the inputs' bytes.
+        least: lower bound of the outputs; 0 for a ReLU.
+        words: the inputs.
+        sums: working memory, at least `sum_count`. Like `words`, it begins at a cache line.
+        outputs: memory for the outputs, at least `output_count`; each row ends with `BEYOND` zeros.
     """
     count, rows, columns = convolution.outputs
     pitch, size = columns + BEYOND, rows * (columns + BEYOND)
@@ -233,7 +233,7 @@ def convolve(
 
 @inner_kernel()
 def _sum_rows(convolution: PlaneConvolution, block: int, words: WordArray, sums: WordArray) -> int:
-    """Of a block of outputs; returns the sums from an output's to the next one's."""
+    """Sums of a block of outputs; returns the number of sums from one output's to the next one's."""
     _, rows, columns = convolution.outputs
     size, weights = rows * (columns + BEYOND), block * len(convolution.offsets)
     pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
@@ -246,7 +246,7 @@ def _sum_rows(convolution: PlaneConvolution, block: int, words: WordArray, sums:
 
 @inner_kernel()
 def _sum_row_pairs(convolution: PlaneConvolution, block: int, words: WordArray, sums: WordArray) -> int:
-    """As `_sum_rows`, of pairs of rows; see `fcw.detection.net.row_pairs`."""
+    """Like `_sum_rows`, for pairs of rows; see `fcw.detection.net.row_pairs`."""
     _, rows, columns = convolution.outputs
     size = (rows + 1) // 2 * (columns + BEYOND)
     pitch = -(-size // TILE_COLUMNS) * TILE_COLUMNS
@@ -272,7 +272,7 @@ def _sum_row_pairs(convolution: PlaneConvolution, block: int, words: WordArray, 
 
 @inner_kernel()
 def _filtered_at(convolution: PlaneConvolution) -> int:
-    """Where in its words that of `filter_rows` begins, behind the bytes."""
+    """Where the output of `filter_rows` begins in the words, behind the bytes."""
     words = -(-convolution.inputs[0] // WORD_BYTES)
     return words * convolution.part_rows * (convolution.outputs[2] + BEYOND)
 
@@ -295,7 +295,7 @@ def _put_outputs(
 
 @inner_kernel()
 def mean_and_deviation(numbers: NDArray[np.uint8], start: int, count: int) -> tuple[float, float]:
-    """Of so many bytes of flat memory from there on, for kernels to call."""
+    """Mean and standard deviation of `count` bytes from `start` on, for kernels to call."""
     total, squares = np.int64(0), np.int64(0)
     for first in range(start, start + count, SUMMED):
         some, some_squares = np.int32(0), np.int32(0)
@@ -311,7 +311,7 @@ def mean_and_deviation(numbers: NDArray[np.uint8], start: int, count: int) -> tu
 
 @inner_kernel(no_alias=True)
 def _put_pixels(picture: NDArray[np.uint8], words: WordArray) -> None:
-    """A word a pixel, in rows with room for what lies beyond."""
+    """Write one word per pixel; rows have room for the padding."""
     height, width, _ = picture.shape
     for row in range(height):
         start = row * (width + BEYOND)
@@ -322,7 +322,7 @@ def _put_pixels(picture: NDArray[np.uint8], words: WordArray) -> None:
 
 @inner_kernel()
 def _fill_ring(convolution: PlaneConvolution, ring: np.int32, words: WordArray) -> None:
-    """What lies around the inputs, in all parts of words."""
+    """Fill the padding around the inputs, in all parts of the words."""
     rows, pitch = convolution.part_rows, convolution.outputs[2] + BEYOND
     parts = -(-convolution.inputs[0] // WORD_BYTES) * convolution.stride**2
     for start in range(0, parts * rows * pitch, rows * pitch):
@@ -350,7 +350,7 @@ def _largest(numbers: FloatArray, count: int) -> np.float32:
 def _put_bytes(
     numbers: FloatArray, start: int, count: int, inverse: np.float32, byte: int, words: WordArray, to: int
 ) -> None:
-    """So many numbers as one byte of words each; the first byte clears them."""
+    """Write numbers as byte number `byte` of words; the first byte clears the words."""
     bits, kept = np.int32(8 * byte), np.int32(-1 if byte else 0)
     for i in range(count):
         value = np.int32(numbers[np.uint64(start + i)] * inverse + np.float32(0.5))
@@ -360,7 +360,7 @@ def _put_bytes(
 
 @inner_kernel(no_alias=True)
 def _part(work: WordArray, shape: tuple[int, int, int], part_rows: int, word: int, words: WordArray) -> None:
-    """A plane of words, parted into even and odd rows and columns, inside the ring."""
+    """Split a plane of words into even and odd rows and columns, inside the padding."""
     _, height, width = shape
     half, pitch = width // 2, width // 2 + BEYOND
     for row in range(height):

@@ -1,4 +1,4 @@
-"""Layers of a net that looks at small windows, as the kernels of `fcw.detection.net.forward` read them."""
+"""Layers of a net for small windows, in the form that the kernels of `fcw.detection.net.forward` read."""
 
 from typing import NamedTuple
 
@@ -15,23 +15,24 @@ FloatArray = NDArray[np.float32]
 WordArray = NDArray[np.int32]
 
 TOGETHER = 8
-"""Windows side by side: a multiple of a tile's rows, of which the hidden layer's are windows."""
+"""Number of windows that are computed together: a multiple of a tile's rows, which are windows in the hidden
+layer."""
 
 
 class WindowLayer(NamedTuple):
-    """A convolution as the kernel reads it.
+    """A convolution in the form that the kernel reads.
 
     Attributes:
-        weights: as of `ByteWeights`, and likewise the three next ones.
-        scales: (outputs,)
-        totals: (outputs,)
-        biases: (outputs,).
-        shape: words from a row that its outputs are summed from to the next one's; rows of outputs, and
-            their columns.
-        offsets: where its products find their words, from the first one's.
-        source: what it looks at: words of inputs, rows, columns, windows; what is made of these by
-            `filter_rows`; and what tiles read beyond.
-        filtered: where the latter begins; zero where two rows are not summed at once.
+        weights: see `ByteWeights`.
+        scales: (outputs,) see `ByteWeights`.
+        totals: (outputs,) see `ByteWeights`.
+        biases: (outputs,) see `ByteWeights`.
+        shape: words between two rows of input for consecutive rows of outputs; rows of outputs; columns of
+            outputs.
+        offsets: offsets of the words of all products from the first one's.
+        source: the inputs: words of inputs, rows, columns, windows; then the output of `filter_rows`; then
+            padding for tiles that read beyond the end.
+        filtered: where the output of `filter_rows` begins; zero if two rows are not computed at once.
     """
 
     weights: WordArray
@@ -45,12 +46,12 @@ class WindowLayer(NamedTuple):
 
 
 class Target(NamedTuple):
-    """Where a layer's outputs go, as bytes.
+    """Where a layer's outputs are written as bytes, for the next layer.
 
     Attributes:
-        places: (columns,) of an output in a row.
-        shape: rows, columns, and the first row.
-        words: words of outputs, rows, columns, windows.
+        places: (columns,) place of each output column in a row.
+        shape: number of rows and columns, and the first row.
+        words: the memory: words of outputs, rows, columns, windows.
     """
 
     places: NDArray[np.int64]
@@ -59,13 +60,13 @@ class Target(NamedTuple):
 
 
 class HiddenLayer(NamedTuple):
-    """The first dense layer as the kernel reads it.
+    """The first dense layer in the form that the kernel reads.
 
     Attributes:
-        weights: its outputs' in blocks of `TILE_COLUMNS`; in each the order is word of inputs, output.
-        scales: (H,) of as many outputs as there are in whole blocks, what one of a weight's steps is.
-        biases: (H,).
-        offsets: where the weights of a word of inputs are in a block.
+        weights: in blocks of `TILE_COLUMNS` outputs. In each block, the order is word of inputs, output.
+        scales: (H,) value of one step of a weight; H is the number of outputs in whole blocks.
+        biases: (H,) biases.
+        offsets: offsets of the weights for each word of inputs in a block.
     """
 
     weights: WordArray
@@ -75,13 +76,13 @@ class HiddenLayer(NamedTuple):
 
 
 def places_in_row(columns: int, stride: int) -> NDArray[np.int64]:
-    """(columns,) where in a row, which has one more on either side, a convolution wants its columns."""
+    """(columns,) places of the columns in a row with one column of padding on either side."""
     padded = np.arange(1, columns + 1)
     return padded if stride == 1 else padded % 2 * (columns // 2 + 1) + padded // 2
 
 
 def window_layer(convolution: Convolution, side: int, by_row_pairs: bool) -> WindowLayer:
-    """A convolution of windows of this side, with memory; `by_row_pairs` as of `ByteWeights`."""
+    """A convolution for windows with this side, and its memory; for `by_row_pairs`, see `ByteWeights`."""
     weights = ByteWeights(convolution, by_row_pairs)
     pitch, to_side = (side + 2) * TOGETHER, side // weights.stride
     words = -(-weights.inputs // WORD_BYTES)
@@ -108,20 +109,20 @@ def window_layer(convolution: Convolution, side: int, by_row_pairs: bool) -> Win
 
 
 def target_of(following: WindowLayer, convolution: Convolution, side: int) -> Target:
-    """Where the next convolution looks for its inputs, of this side."""
+    """Where the next convolution, with inputs of this side, reads them."""
     return Target(
         places_in_row(side, convolution.stride), np.array([side + 2, side + 2, 1]), following.source
     )
 
 
 def last_target(outputs: int, side: int) -> Target:
-    """Where the hidden layer looks for them."""
+    """Where the hidden layer reads its inputs."""
     words = -(-outputs // WORD_BYTES) * side**2 * TOGETHER
     return Target(np.arange(side), np.array([side, side, 0]), aligned_zeros((words,), np.int32))
 
 
 def hidden_layer(layers: Layers, planes: int) -> HiddenLayer:
-    """A net's first dense layer, of so many planes."""
+    """A net's first dense layer, for this number of input planes."""
     outputs, inputs = layers.hidden.shape
     count, words = in_tiles(outputs), -(-planes // WORD_BYTES)
     steps, scales = in_bytes(layers.hidden)

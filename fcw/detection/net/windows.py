@@ -1,7 +1,7 @@
-"""What the nets see: windows of a picture, each at its own scale.
+"""Windows of a picture for the nets, each at its own scale.
 
-A window is measured in units: a vehicle of sqrt(w h) = `VEHICLE_UNITS` stands in its middle, the bottom edge
-`BOTTOM_UNITS` below its top.
+A window is measured in units. A vehicle with sqrt(w h) = `VEHICLE_UNITS` is horizontally centred in it, and
+its bottom edge is `BOTTOM_UNITS` below the window's top.
 """
 
 import cv2
@@ -17,11 +17,12 @@ WINDOW_UNITS = 64.0
 VEHICLE_UNITS = 40.0
 BOTTOM_UNITS = 52.0
 LEVELS = 5
-"""Of a pyramid: the last has a sixteenth of the width, and a window of 48 px there 768."""
+"""Number of levels of a pyramid. The last has a sixteenth of the width; a window of 48 px there covers 768
+px."""
 
 
 class Pyramid:
-    """A picture and its halves, to cut windows from at any scale."""
+    """A picture and its repeated halves, to cut windows from at any scale."""
 
     def __init__(self, picture: NDArray[np.uint8]) -> None:
         levels = [np.ascontiguousarray(picture)]
@@ -31,19 +32,19 @@ class Pyramid:
         self._levels = tuple(rows_of_bytes(level) for level in levels)
 
     def part(self, level: int, rows: slice, columns: slice, shown: ImageSize) -> NDArray[np.uint8]:
-        """A part of a level, as large as it is to be shown."""
+        """A part of a level, resized to `shown`."""
         part = self._pictures[level][rows, columns]
         return np.asarray(cv2.resize(part, (shown.width, shown.height)), np.uint8)
 
     def windows(
         self, placements: NDArray[np.float64], side_px: int, side_units: float = WINDOW_UNITS
     ) -> NDArray[np.uint8]:
-        """Windows, or more or less of the picture around their middles; beyond it its edges are repeated.
+        """Cut windows, or other squares with the same centres. The picture's edges are repeated beyond it.
 
         Args:
-            placements: (N, 3) of the vehicles that the windows expect: middle, bottom, sqrt(w h), px.
-            side_px: side of the results.
-            side_units: how much is cut.
+            placements: (N, 3) the vehicles that the windows expect: middle column, bottom row, sqrt(w h), px.
+            side_px: side of the results in pixels.
+            side_units: side of the squares that are cut, in units.
 
         Returns:
             (N, side_px, side_px, 3) uint8.
@@ -51,7 +52,7 @@ class Pyramid:
         middles, bottoms, sizes = placements.T
         units = sizes / VEHICLE_UNITS
         sides = side_units * units
-        # Coordinates have their origin in the middle of the first pixel, cuts at its edge.
+        # The origin of coordinates is the centre of the first pixel, that of the squares is its edge.
         lefts = middles + 0.5 - sides / 2
         tops = bottoms + 0.5 - (BOTTOM_UNITS - WINDOW_UNITS / 2) * units - sides / 2
         cut = np.empty((len(placements), side_px, side_px, 3), np.uint8)
@@ -69,7 +70,7 @@ def level_sizes(size: ImageSize) -> tuple[ImageSize, ...]:
 
 
 def _half(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """A picture of half the size, rounded up: of even ones, what OpenCV makes in twice the time."""
+    """A picture of half the size, rounded up. For even sizes, the same as OpenCV's in half the time."""
     height, width = picture.shape[:2]
     if height % 2 or width % 2:
         size = -(-width // 2), -(-height // 2)
@@ -81,12 +82,13 @@ def _half(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @kernel()
 def _cut(levels: tuple[NDArray[np.uint8], ...], squares: NDArray[np.float64], cut: NDArray[np.uint8]) -> None:
-    """Sample each square (left, top, side; px of the picture) from the level that loses and invents least.
+    """Sample each square (left, top, side; px of the picture) from the level with the best resolution for it.
 
-    Two rows are mixed first, where they lie side by side, and then the columns of what that gives.
+    Bilinear: two rows are interpolated first, then the columns of the result.
     """
     side_px = cut.shape[1] // 3
-    # By element of a row of results: the elements of a row that are mixed, and how much of the right one.
+    # For each element of a row of results, the two elements that are interpolated, and the right one's
+    # weight.
     lefts, besides = np.empty((2, 3 * side_px), np.int32)
     rights = np.empty(3 * side_px, np.float32)
     mixed = np.empty(levels[0].shape[1], np.float32)
@@ -120,7 +122,7 @@ def _mix(
     end: int,
     mixed: NDArray[np.float32],
 ) -> None:
-    """Elements of two rows, so much of the second."""
+    """Interpolate between two rows; `part` is the weight of the second."""
     for i in range(first, end):
         x = np.uint64(i)
         upper, lower = np.float32(level[np.uint64(above), x]), np.float32(level[np.uint64(below), x])
@@ -136,18 +138,19 @@ def _pick(
     out: NDArray[np.uint8],
     row: int,
 ) -> None:
-    """Elements between those of a row."""
+    """Interpolate between the elements of a row."""
     for x in range(len(lefts)):
         left, beside = mixed[np.uint64(lefts[x])], mixed[np.uint64(besides[x])]
         out[np.uint64(row), np.uint64(x)] = np.uint8(left + rights[x] * (beside - left) + np.float32(0.5))
 
 
 def boxes_of(placements: NDArray[np.float64], offsets: NDArray[np.floating]) -> NDArray[np.float64]:
-    """(N, 4) x, y, w, h of vehicles, from where windows expect them and how they stand there.
+    """(N, 4) x, y, w, h of vehicles, from the placements of their windows and the net's offsets.
 
     Args:
         placements: (N, 3) middle, bottom and size.
-        offsets: (N, 4) of middle and bottom, in sizes; of width and height, the logarithm to the size.
+        offsets: (N, 4) shift of middle and bottom, in sizes, and logarithms of width and height over the
+            size.
     """
     middles, bottoms, sizes = placements.T
     widths, heights = sizes * np.exp(np.clip(offsets[:, 2:].T.astype(np.float64), -1.0, 1.0))
@@ -156,6 +159,6 @@ def boxes_of(placements: NDArray[np.float64], offsets: NDArray[np.floating]) -> 
 
 
 def placements_on(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 3) middle, bottom and size of the windows that expect vehicles right there."""
+    """(N, 3) placements (middle, bottom, size) of windows that expect vehicles exactly in these boxes."""
     x, y, w, h = boxes.T
     return np.column_stack([x + w / 2, y + h, np.sqrt(w * h)])
