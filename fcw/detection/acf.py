@@ -1,6 +1,6 @@
 """The two detectors: ACF with the distance prior, and plain ACF over the whole picture as the baseline.
 
-Both run the same channels, trees and cascade; they differ in the windows they look at.
+Both use the same channels, trees and cascade. They differ in the windows that they scan.
 """
 
 import math
@@ -26,13 +26,14 @@ class AcfSettings:
     """What the distance-prior detector searches.
 
     Attributes:
-        nearest_m: nearest vehicles looked for, from the camera.
-        farthest_m: farthest vehicles looked for.
-        pitch_tolerance_rad: braking, bumps and grades tilt the view by so much either way.
-        scales_per_octave: window sizes for each doubling.
+        nearest_m: nearest distance at which vehicles are looked for, from the camera.
+        farthest_m: farthest distance at which vehicles are looked for.
+        pitch_tolerance_rad: largest change of pitch in either direction due to braking, bumps and grades.
+        scales_per_octave: number of window sizes for each doubling.
         largest_scale: how far the picture is enlarged for far vehicles, 1 to under 4.
-        largest_overlap: of two boxes overlapping more (intersection over the smaller area) the better stays.
-        score_threshold: score from which a window counts as a vehicle; None: the model's.
+        largest_overlap: of two boxes with more overlap (intersection over the smaller area), the better is
+            kept.
+        score_threshold: least score of a detection; None for the model's.
     """
 
     nearest_m: float = 4.0
@@ -48,10 +49,10 @@ class AcfDetector:
     """ACF with windows that follow from the calibration (section 3.2 of the paper).
 
     Scales, rows and aspect ratio of the windows come from the distance prior; see `fcw.detection.windows`.
-    An instance owns scratch memory: use one for each thread.
+    An instance owns working memory, so each thread needs its own.
 
     Raises:
-        UserError: by the calibration the road is not in the picture.
+        UserError: the calibration puts the road outside the picture.
     """
 
     def __init__(
@@ -87,7 +88,7 @@ class AcfDetector:
 
     @property
     def windows_per_frame(self) -> int:
-        """Number of windows looked at in each picture."""
+        """Number of windows scanned in each picture."""
         return self._scanner.windows_per_frame
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
@@ -101,7 +102,7 @@ class AcfDetector:
         return _detect(self._scanner, self._stages, image, threshold, self._settings.largest_overlap)
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool = False) -> Proposals:
-        """All windows that pass the cascade with a score of at least `threshold`, as training mines them.
+        """All windows that pass the cascade with a score of at least `threshold`, for mining in training.
 
         Raises:
             ValueError: the picture has another size than the calibration.
@@ -126,8 +127,8 @@ class FullAcfSettings:
 class FullAcfDetector:
     """Plain ACF: every scale over the whole picture, one aspect ratio; the paper's baseline.
 
-    Takes pictures of any size, and plans anew when it changes. An instance owns scratch memory: use one for
-    each thread.
+    Pictures may have any size; the windows are planned anew when it changes. An instance owns working memory,
+    so each thread needs its own.
     """
 
     def __init__(self, model: Model, settings: FullAcfSettings = FullAcfSettings()) -> None:
@@ -143,7 +144,7 @@ class FullAcfDetector:
 
     @property
     def windows_per_frame(self) -> int:
-        """Number of windows looked at in each picture of the last size; 0 before the first."""
+        """Number of windows scanned in a picture of the last size; 0 before the first picture."""
         return self._scanner.windows_per_frame if self._scanner else 0
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Detection, ...]:
@@ -157,7 +158,7 @@ class FullAcfDetector:
         return self._scanner_for(image).scan(image, threshold, with_features)
 
     def _scanner_for(self, image: NDArray[np.uint8]) -> Scanner:
-        """The one for pictures of this size."""
+        """The scanner for pictures of this size."""
         size = ImageSize(image.shape[1], image.shape[0])
         _check(image, size)
         if self._scanner is None or self._scanner.size != size:

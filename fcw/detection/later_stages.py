@@ -1,4 +1,4 @@
-"""From the windows that pass the scoring stages to vehicles: suppression, placing."""
+"""From the windows that pass the scoring stages to vehicles: non-maximum suppression, and boxes."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,21 +17,21 @@ from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
 
 UNDECIDED_SCORE = 0.0
-"""Where the trees find vehicle and background alike: windows above it have a say in the box."""
+"""Score at which vehicle and background are equally likely. Only windows above it are averaged to the box."""
 LONE_WEIGHT = 1e-9
-"""A kept window that is not above it stands for itself."""
+"""Weight of a kept window that is not above it, which then is its own box."""
 AGREEING_IOU = 0.5
-"""A window this near to the best one shows the same vehicle in the same place."""
+"""IoU from which a window agrees with the best one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Vehicles:
-    """What is left of a picture's windows, best score first.
+    """The vehicles in a picture, best score first.
 
     Attributes:
         boxes: (N, 4) float64, x, y, w, h, cut to the picture.
-        scores: (N,) float64, of all stages.
-        windows: (N,) which of the proposals each is.
+        scores: (N,) float64, sums of the scores of all stages.
+        windows: (N,) indices of their proposals.
     """
 
     boxes: NDArray[np.float64]
@@ -40,7 +40,7 @@ class Vehicles:
 
 
 class _Regressor(NamedTuple):
-    """A regressor as the kernel reads it: weights (3, F), of no columns where the model has none."""
+    """A regressor in the form that the kernel reads: weights (3, F), with F = 0 if the model has none."""
 
     weights: NDArray[np.float32]
     constant: NDArray[np.float32]
@@ -49,7 +49,7 @@ class _Regressor(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    """What the kernel works in, and, the last three, what it puts out; each with room for N windows."""
+    """Working memory of the kernel and, the last three, its output; each has room for N windows."""
 
     totals: NDArray[np.float64]
     order: NDArray[np.int64]
@@ -82,10 +82,10 @@ def _memory(count: int, feature_count: int) -> _Memory:
 
 
 class LaterStages:
-    """A model's stages after the scores; without a regressor, suppression and box voting alone.
+    """A model's stages after the scores; without a regressor, only suppression and box voting.
 
-    An instance owns memory, which grows when there are more windows than ever before: use one for each
-    thread.
+    An instance owns working memory, so each thread needs its own. The memory grows when there are more
+    windows than ever before.
     """
 
     def __init__(self, model: Model) -> None:
@@ -100,18 +100,18 @@ class LaterStages:
         self._memory = _memory(0, model.window.feature_count)
 
     def gate(self, score_threshold: float) -> float:
-        """Least score of the windows that matter for vehicles of at least a final score.
+        """Least score of the windows that matter for vehicles with at least a final score.
 
-        Worse windows have no say in a box, and suppress only windows that are worse still.
+        Windows with a lower score do not change boxes, and only suppress windows with a still lower score.
         """
         return min(score_threshold, UNDECIDED_SCORE)
 
     def vehicles(self, proposals: Proposals, largest_overlap: float, size: ImageSize) -> Vehicles:
-        """Keep the best of those that overlap, and place their boxes.
+        """Keep the best of overlapping windows, and compute their boxes.
 
-        A box is the mean of the windows that agree with the best one (box voting, Gidaris & Komodakis 2015:
-        windows stand on a grid of positions and scales, and the mean of several finds the edges between its
-        steps), each where the regressor puts it; boxes that then overlap too much are suppressed once more.
+        A box is the mean of the windows that agree with the best one (box voting, Gidaris & Komodakis 2015),
+        each corrected by the regressor. Windows are on a grid of positions and scales, and the mean of
+        several finds edges between its steps. Boxes that then overlap too much are suppressed once more.
 
         Raises:
             ValueError: the model has a regressor or a second stage, and the proposals lack features or
@@ -140,7 +140,7 @@ class LaterStages:
     def find(
         self, found: FoundWindows, largest_overlap: float, size: ImageSize, score_threshold: float
     ) -> Vehicles:
-        """`vehicles` of at least a score, in memory that the next call overwrites."""
+        """Like `vehicles`, with at least a score, in memory that the next call overwrites."""
         if len(found.scores) > len(self._memory.totals):
             self._memory = _memory(2 * len(found.scores), len(self._memory.features))
         memory = self._memory
@@ -168,7 +168,7 @@ def _find(
     bottom: float,
     memory: _Memory,
 ) -> int:
-    """All of `LaterStages.vehicles`; how many there are."""
+    """The compiled part of `LaterStages.vehicles`; returns the number of vehicles."""
     count = len(found.scores)
     order, kept = memory.order[:count], memory.kept
     for i in range(count):
@@ -199,7 +199,7 @@ def _find(
 
 @inner_kernel()
 def _merge(found: FoundWindows, regressor: _Regressor, kept: NDArray[np.int64], memory: _Memory) -> None:
-    """Boxes of the kept windows, each the weighted mean of what the windows that agree with it vote for."""
+    """Boxes of the kept windows: weighted means of the boxes that agreeing windows vote for."""
     merged, weights, vote = memory.merged, memory.weights, memory.vote
     for k in range(len(kept)):
         weights[k] = 0.0
@@ -209,7 +209,7 @@ def _merge(found: FoundWindows, regressor: _Regressor, kept: NDArray[np.int64], 
         has_voted = False
         surplus = max(memory.totals[i] - UNDECIDED_SCORE, 0.0)
         for k in range(len(kept)):
-            weight = surplus * surplus  # squares: the surest windows stand best
+            weight = surplus * surplus  # squared, because the windows with the best scores are placed best
             if kept[k] == i:
                 weight = max(weight, LONE_WEIGHT)
             if weight <= 0.0 or not agree(found.boxes, i, kept[k], AGREEING_IOU):
@@ -228,7 +228,7 @@ def _merge(found: FoundWindows, regressor: _Regressor, kept: NDArray[np.int64], 
 
 @inner_kernel()
 def _vote(found: FoundWindows, regressor: _Regressor, i: int, memory: _Memory) -> None:
-    """The box that a window votes for: its own, or where the regressor sees the vehicle."""
+    """The box that a window votes for: its own, or the regressor's."""
     if regressor.weights.size == 0:
         for side in range(4):
             memory.vote[side] = found.boxes[i, side]

@@ -28,10 +28,10 @@ _FILTER_ARRAYS = ("weights", "means", "shifts")
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """The window that the trees look at, and where the vehicle stands in it.
+    """The trees' window, and where the vehicle is in it.
 
-    A vehicle of width w and height h fills the window at the scale sqrt(w h) / vehicle_size_px, centred
-    in it, its bottom edge `vehicle_bottom_px` below the window's top.
+    A vehicle of width w and height h belongs to the window at the scale sqrt(w h) / vehicle_size_px. It is
+    centred horizontally, with its bottom edge `vehicle_bottom_px` below the window's top.
     """
 
     size_px: int = 64
@@ -78,7 +78,7 @@ class BoostedTrees:
 
 @dataclass(frozen=True, slots=True)
 class VehicleStatistics:
-    """Sizes of labelled vehicles seen from behind; the distance prior's numbers.
+    """Sizes of labelled vehicles seen from behind, for the distance prior.
 
     Attributes:
         size_low_m: smallest sqrt(width * height) searched for.
@@ -119,12 +119,12 @@ class SecondStage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoxRegressor:
-    """A linear map from a window's channels to where its vehicle stands (`fcw.detection.boxes.regression`).
+    """A linear map from a window's channels to the box of its vehicle (`fcw.detection.boxes.regression`).
 
     Attributes:
-        weights: (F, 3) float32: to the offset of the middle and the logarithms of width and height.
-        constant: (3,) float32.
-        bottom: how much lower vehicles' bottom edges are than windows have them, in sizes sqrt(w h).
+        weights: (F, 3) float32, for the offset of the middle and the logarithms of width and height.
+        constant: (3,) float32, added to these.
+        bottom: how much lower the bottom edges of vehicles are than windows expect, in sizes sqrt(w h).
     """
 
     weights: NDArray[np.float32]
@@ -134,17 +134,17 @@ class BoxRegressor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """Everything a detector needs that was learnt.
+    """Everything that a detector has learned.
 
     Attributes:
-        window: what the trees look at.
-        trees: of the cascade, the first stage.
-        second: scores what passes the cascade; None in plain ACF.
-        regressor: places the boxes; None in plain ACF.
-        statistics: of vehicles.
+        window: the trees' window.
+        trees: trees of the cascade, the first stage.
+        second: second stage, which scores the windows that pass the cascade; None in plain ACF.
+        regressor: refines the boxes; None in plain ACF.
+        statistics: sizes of vehicles.
         rejection_threshold: constant soft cascade: a window whose running score falls below it is dropped.
-        score_threshold: score, of both stages, from which a window counts as a vehicle by default.
-        first_stage_threshold: the same for the score of the cascade alone.
+        score_threshold: default threshold for the sum of both stages' scores.
+        first_stage_threshold: default threshold for the cascade's score alone.
     """
 
     window: Window
@@ -157,7 +157,7 @@ class Model:
     first_stage_threshold: float
 
     def plain(self) -> "Model":
-        """The cascade alone, ACF as the paper has it, with its own score threshold."""
+        """The cascade alone with its own threshold: ACF as in the paper."""
         return replace(self, second=None, regressor=None, score_threshold=self.first_stage_threshold)
 
     def save(self, path: Path) -> None:
@@ -214,7 +214,7 @@ class Model:
 
     @classmethod
     def _of(cls, header: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> "Model":
-        """The model that a file's parts make; what does not fit together raises ValueError."""
+        """The model from a file's parts; raises ValueError if they do not fit together."""
         statistics = header["statistics"]
         model = cls(
             Window(**header["window"]),
@@ -245,7 +245,7 @@ class Model:
 
 
 def check_parts(model: Model) -> None:
-    """Check that the parts of a model fit together: the loops over trees check no bounds.
+    """Check that the parts of a model fit together, as the loops over trees check no bounds.
 
     Raises:
         ValueError: they do not.

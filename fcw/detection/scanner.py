@@ -1,4 +1,4 @@
-"""Scoring the windows of planned levels in a picture: what both ACF detectors do."""
+"""Scores the windows of planned levels in a picture, for both ACF detectors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,9 +24,9 @@ from fcw.kernels.inner import inner_kernel
 from fcw.kernels.jit import kernel
 
 FIRST_CAPACITY = 1024
-"""Windows that there is room for at first: more than pass in any usual picture."""
+"""Initial capacity for windows: more than pass in a usual picture."""
 LOWEST_SCORE = -1e30
-"""Lower than any score: compiled code knows no infinity."""
+"""Lower than any score, as compiled code must not use infinity."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,9 +36,9 @@ class Proposals:
     Attributes:
         boxes: (N, 4) float64, x, y, w, h of the vehicles, cut to the picture.
         placements: (N, 3) float64, where each window expects its vehicle: middle, bottom, sqrt(w h).
-        scores: (N,) float32, of the cascade.
-        second_scores: (N,) float32, of the second stage; None where the model has none.
-        features: (N, 2560) uint8, what the trees saw: channel, row, column; None unless asked for.
+        scores: (N,) float32, scores of the cascade.
+        second_scores: (N,) float32, scores of the second stage; None if the model has none.
+        features: (N, 2560) uint8, the trees' input: channel, row, column; None unless asked for.
     """
 
     boxes: NDArray[np.float64]
@@ -49,14 +49,14 @@ class Proposals:
 
 
 class WindowFeatures(NamedTuple):
-    """Where kernels find the features of windows: in rows of their own, or in the levels' memory.
+    """Where kernels find the features of windows: in rows of an array, or in the levels' memory.
 
     Attributes:
-        rows: (N, F); empty where they are in the levels' memory.
+        rows: (N, F) features; empty if they are in the levels' memory.
         cells: memory of the levels.
-        firsts: (N,) element of the memory that is the window's first cell.
-        channel_pitches: (N,) elements from a channel to the next.
-        row_pitches: (N,) elements from a row of cells to the next.
+        firsts: (N,) index in `cells` of each window's first cell.
+        channel_pitches: (N,) elements from one channel to the next.
+        row_pitches: (N,) elements from one row of cells to the next.
     """
 
     rows: NDArray[np.uint8]
@@ -67,7 +67,7 @@ class WindowFeatures(NamedTuple):
 
 
 class FoundWindows(NamedTuple):
-    """Proposals as kernels read them; second scores are 0 where the model has no second stage."""
+    """Proposals in the form that kernels read; second scores are 0 if the model has no second stage."""
 
     boxes: NDArray[np.float64]
     placements: NDArray[np.float64]
@@ -77,7 +77,7 @@ class FoundWindows(NamedTuple):
 
 
 class _Passed(NamedTuple):
-    """Windows of one level that survive the cascade; room for all windows of a level."""
+    """Windows of one level that pass the cascade; has room for all windows of a level."""
 
     places: NDArray[np.int64]
     scores: NDArray[np.float32]
@@ -85,7 +85,7 @@ class _Passed(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """Windows of all levels above the threshold, as they are found, and in what order they are put out."""
+    """Windows of all levels above the threshold, as they are found, and the order of the output."""
 
     levels: NDArray[np.int64]
     places: NDArray[np.int64]
@@ -96,7 +96,7 @@ class _Found(NamedTuple):
 
 
 class Scanner:
-    """Scores the windows of given levels in pictures of one size, in memory it keeps.
+    """Scores the windows of given levels in pictures of one size, in memory that it reuses.
 
     The memory grows when more windows pass than ever before.
     """
@@ -104,7 +104,7 @@ class Scanner:
     def __init__(
         self, model: Model, size: ImageSize, levels: tuple[Level, ...], aspect_ratios: AspectRatios
     ) -> None:
-        """`aspect_ratios` tells them by the vehicles' bottom rows."""
+        """`aspect_ratios` returns the aspect ratios for the vehicles' bottom rows."""
         self.size = size
         self.windows_per_frame = sum(level.window_count for level in levels)
         self._window, self._two_scores = model.window, model.second is not None
@@ -130,9 +130,9 @@ class Scanner:
         self._make_room(FIRST_CAPACITY)
 
     def find(self, image: NDArray[np.uint8], threshold: float) -> FoundWindows:
-        """All windows that both scoring stages together give at least `threshold`.
+        """All windows with a sum of both scores of at least `threshold`, best score of the cascade first.
 
-        The cascade's best come first. They are in memory that the next call overwrites.
+        They are in memory that the next call overwrites.
         """
         self._halves.compute(image)
         for number, octave in self._octaves.items():
@@ -156,7 +156,7 @@ class Scanner:
         )
 
     def scan(self, image: NDArray[np.uint8], threshold: float, with_features: bool) -> Proposals:
-        """The same windows in memory of their own."""
+        """The windows of `find`, in new memory."""
         found = self.find(image, threshold)
         features = None
         if with_features:

@@ -1,13 +1,13 @@
-"""The last stage: how wide and high the vehicle in a window is, and where its middle.
+"""The last stage: width, height and middle of the vehicle in a window.
 
-Windows stand on a grid of cells and scales, and all in one row have one shape; a linear map from a window's
-channels finds the vehicle's own (box regression, Felzenszwalb et al., "Object detection with discriminatively
-trained part-based models", PAMI 2010, section 7.3). It is learnt from windows displaced farther than those
-the trees learn from; ridge regression keeps 2,560 correlated inputs in check.
+Windows are on a grid of cells and scales, and all in one row have the same aspect ratio. A linear map from a
+window's channels finds the vehicle's own box (box regression, Felzenszwalb et al., "Object detection with
+discriminatively trained part-based models", PAMI 2010, section 7.3). It is trained on windows with larger
+displacements than those for the trees. Ridge regression keeps 2,560 correlated inputs in check.
 
-The bottom edge, on which the distance hangs, is not regressed: the mean of several windows finds it as well
-in real pictures, while in rendered ones, which are like nothing learnt from, a regressed one lay 3 to 6 % of
-the height too high. It gets one constant, which held-out pictures tell.
+The bottom edge, which determines the distance, is not regressed. In real pictures, the mean of several
+windows finds it as well. In rendered ones, which are unlike the training data, a regressed edge was 3 to 6 %
+of the height too high. It gets one constant offset, which is measured on held-out pictures.
 """
 
 import numpy as np
@@ -17,20 +17,17 @@ from fcw.detection.model import BoxRegressor
 from fcw.kernels.inner import inner_kernel
 
 LARGEST_ENLARGEMENT = 0.5
-"""No box is put out larger or smaller than its window by more than this logarithm."""
+"""Largest logarithm of the ratio between the size of a box and that of its window."""
 
 
 def fit_regressor(features: NDArray[np.uint8], offsets: NDArray[np.float64], ridge: float) -> BoxRegressor:
-    """Least squares from channels to offsets, with a penalty.
+    """Fit a regressor from channels to offsets by ridge regression.
 
     Args:
         features: (N, F) uint8.
-        offsets: (N, 3) as `box_offsets` gives them.
-        ridge: weight of the squared coefficients, as a part of the windows' number and of the mean variance
+        offsets: (N, 3) from `box_offsets`.
+        ridge: weight of the squared coefficients, relative to the number of windows times the mean variance
             of a feature.
-
-    Returns:
-        The regressor.
     """
     values = features.astype(np.float32)
     mean = values.mean(axis=0)
@@ -50,15 +47,15 @@ def fit_regressor(features: NDArray[np.uint8], offsets: NDArray[np.float64], rid
 def box_offsets(
     boxes: NDArray[np.float64], middle: NDArray[np.float64], size: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """How vehicles stand relative to their windows.
+    """Offsets of vehicles relative to their windows.
 
     Args:
         boxes: (N, 4) x, y, w, h of the vehicles.
         middle: (N,) column where the window expects the vehicle's middle.
-        size: (N,) the sqrt(w h) that it expects.
+        size: (N,) sqrt(w h) that the window expects.
 
     Returns:
-        (N, 3): of the middle, in sizes; of width and height, the logarithm to the size.
+        (N, 3): shift of the middle, in sizes, and logarithms of width and height over the size.
     """
     x, _, w, h = boxes.T
     return np.column_stack([(x + w / 2 - middle) / size, np.log(w / size), np.log(h / size)])
@@ -73,13 +70,13 @@ def place_box(
     placement: NDArray[np.float64],
     box: NDArray[np.float64],
 ) -> None:
-    """The box of the vehicle in a window.
+    """Compute the box of the vehicle in a window.
 
     Args:
-        weights: (3, F), a regressor's, transposed.
-        constant: (3,).
-        lower: the regressor's `bottom`.
-        features: (F,) of the window.
+        weights: (3, F) weights of a regressor, transposed.
+        constant: (3,) its constants.
+        lower: its `bottom`.
+        features: (F,) features of the window.
         placement: (3,) middle, bottom and size that the window expects.
         box: (4,) receives x, y, w, h.
     """

@@ -1,4 +1,4 @@
-"""Of the windows that one vehicle lights up: the best one, and the box that they agree on."""
+"""Non-maximum suppression of boxes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,14 @@ def suppress(
 ) -> NDArray[np.int64]:
     """Greedy suppression, best score first.
 
-    A box is dropped where a better one that is kept covers more than `largest_overlap` of the smaller of the
-    two: a box within another is one vehicle, however different their sizes (IoU would keep both).
+    A box is dropped if its intersection with a better one that is kept is more than `largest_overlap` of the
+    smaller one's area. So a box inside another counts as the same vehicle, however different their sizes; IoU
+    would keep both.
 
     Args:
         boxes: (N, 4) x, y, w, h.
         scores: (N,).
-        largest_overlap: intersection over the smaller area up to which both boxes stay.
+        largest_overlap: intersection over the smaller area up to which both boxes are kept.
 
     Returns:
         Indices of the boxes kept, best first; of equal scores the earlier box counts as the better.
@@ -31,12 +32,12 @@ def suppress(
 
 
 def keep_unlike(boxes: NDArray[np.float64], largest_iou: float, most: int) -> NDArray[np.int64]:
-    """Greedy suppression by IoU, of boxes whose best are first: a small one within a large one stays.
+    """Greedy suppression by IoU, which keeps a small box inside a large one.
 
     Args:
-        boxes: (N, 4) x, y, w, h.
-        largest_iou: of any two that are kept.
-        most: how many are kept at most.
+        boxes: (N, 4) x, y, w, h, best first.
+        largest_iou: largest IoU of any two boxes that are kept.
+        most: largest number of boxes that are kept.
 
     Returns:
         Indices of the boxes kept, in their order.
@@ -64,10 +65,10 @@ def _keep_unlike(boxes: NDArray[np.float64], largest_iou: float, kept: NDArray[n
 
 @inner_kernel(from_python=True)
 def sort_best_first(scores: NDArray[np.float64], order: NDArray[np.int64], spare: NDArray[np.int64]) -> None:
-    """Sort indices by falling score; those of equal scores stay in their order.
+    """Sort indices by descending score, stably.
 
-    A merge sort from runs of one index up, between `order` and memory as long, `spare`: unlike the library's
-    it allocates nothing.
+    A bottom-up merge sort between `order` and `spare`, which has the same length. Unlike the library's, it
+    allocates no memory.
     """
     count = len(order)
     run = 1
@@ -91,7 +92,7 @@ def sort_best_first(scores: NDArray[np.float64], order: NDArray[np.int64], spare
 def keep_apart(
     boxes: NDArray[np.float64], order: NDArray[np.int64], largest_overlap: float, kept: NDArray[np.int64]
 ) -> int:
-    """Those of the boxes in `order`, best first, that `suppress` keeps, into `kept`; how many."""
+    """Write the boxes of `order`, best first, that `suppress` keeps into `kept`; returns their number."""
     count = 0
     for i in order:
         alive = True
@@ -116,6 +117,6 @@ def common_area(boxes: NDArray[np.float64], i: int, k: int) -> float:
 
 @inner_kernel()
 def agree(boxes: NDArray[np.float64], i: int, k: int, smallest_iou: float) -> bool:
-    """Whether two of the boxes x, y, w, h have an intersection over union of at least so much."""
+    """Whether two of the boxes x, y, w, h have at least an IoU."""
     common = common_area(boxes, i, k)
     return common >= smallest_iou * (boxes[i, 2] * boxes[i, 3] + boxes[k, 2] * boxes[k, 3] - common)

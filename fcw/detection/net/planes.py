@@ -335,9 +335,9 @@ def _fill_ring(convolution: PlaneConvolution, ring: np.int32, words: WordArray) 
 
 @inner_kernel()
 def _largest(numbers: FloatArray, count: int) -> np.float32:
-    """Of so many numbers from zero on, by their bits, which are ordered alike.
+    """The largest of numbers that are not negative, by their bits, which have the same order.
 
-    Of the numbers themselves LLVM makes no SIMD code here.
+    For the floats themselves, LLVM does not vectorise this loop.
     """
     bits, most = numbers.view(np.int32), np.int32(0)
     for i in range(count):

@@ -3,20 +3,23 @@
 A window's score is the sum of one leaf of each tree. Bourdev and Brandt's soft cascade with a constant
 threshold (as in ACF): a window is dropped as soon as its running score falls below it.
 
-No window is scored alone: one tree is evaluated for many neighbouring windows at once, whose features lie
-side by side. Windows are told by their place, the index of their first cell in a channel; a level's places
-are one run without gaps, in which the last places of a row stand for no window and are left out at the end.
+Windows are not scored one by one. Each tree is evaluated for many neighbouring windows at once, whose
+features are contiguous. A window is identified by its place, the index of its first cell in a channel. The
+places of a level are one run without gaps. The last places of each row belong to no window, and are removed
+at the end.
 
-1. The first `FIRST_TREES` trees run over all places, in chunks that stay in the nearest cache.
-2. What is left is cut into segments of `SEGMENT` places. The other trees run over these, and every few trees
-   segments without a window left are dropped.
-3. Over the segments that remain all trees run once more, in the trees' order and in single precision: scores
-   and survivors are those of a plain evaluation, to the bit.
+1. The first `FIRST_TREES` trees run over all places, in chunks that stay in the first-level cache. 2. The
+places that remain are divided into segments of `SEGMENT` places. The other trees run over these, and every
+few
+   trees, segments without a window left are dropped.
+3. All trees run once more over the segments that remain, in order and in single precision. So scores and
+survivors
+   are those of a plain evaluation, to the bit.
 
-1 and 2 count in 16 bit steps, twice as many in a register; leaves are rounded up, so that no window is
-dropped that single precision would keep.
+Steps 1 and 2 use 16-bit integers, of which a register holds twice as many. Leaves are rounded up, so that no
+window is dropped that single precision would keep.
 
-The loops themselves stand in `fcw.detection.trees.loops`.
+The loops themselves are in `fcw.detection.trees.loops`.
 """
 
 from typing import NamedTuple
@@ -30,24 +33,24 @@ from fcw.kernels.aligned import aligned_zeros
 from fcw.kernels.inner import inner_kernel
 
 FIRST_TREES = 64
-"""Trees that run over all places: they leave about half of the segments."""
+"""Number of trees that run over all places; they leave about half of the segments."""
 _CHUNK = 4096
 _DROP_EVERY = 32
-"""Trees after which dead segments are dropped."""
+"""Number of trees after which segments without a window left are dropped."""
 _MOST_STEPS = 32000
-"""Of the 32767 there are, some are left for the rounding of each leaf."""
+"""Largest running score in steps; the rest, up to 32767, is for the rounding of the leaves."""
 
 
 def feature_offsets(
     trees: BoostedTrees, window: Window, channel_pitch: int, row_pitch: int
 ) -> NDArray[np.int32]:
-    """(T, 3) place of each node's feature in planar grids, counted from the window's first cell.
+    """(T, 3) offset of each node's feature in planar grids from the window's first cell.
 
     Args:
-        trees: their feature indices are in the order channel, row, column.
-        window: its size in cells.
-        channel_pitch: elements from a channel to the next.
-        row_pitch: elements from a row to the next.
+        trees: the trees; their feature indices are in the order channel, row, column.
+        window: the model's window.
+        channel_pitch: elements from one channel to the next.
+        row_pitch: elements from one row to the next.
     """
     shape = (window.feature_count // window.cells**2, window.cells, window.cells)
     channel, row, column = np.unravel_index(trees.feature.astype(np.int64), shape)
@@ -55,7 +58,7 @@ def feature_offsets(
 
 
 class Cascade(NamedTuple):
-    """A model's cascade as the kernel reads it, and memory for its work: one for each thread.
+    """A model's cascade in the form that the kernel reads, with working memory. Each thread needs its own.
 
     Attributes:
         thresholds: (T, 3) uint8.
@@ -83,14 +86,14 @@ class Cascade(NamedTuple):
 
 
 def prepare_cascade(trees: BoostedTrees, rejection_threshold: float, most_places: int) -> Cascade:
-    """Prepare to score levels of up to so many places.
+    """Prepare a cascade for levels with up to a number of places.
 
     Args:
-        trees: the cascade's.
+        trees: the trees of the cascade.
         rejection_threshold: running score below which a window is dropped; finite.
-        most_places: from a level's first window to its last.
+        most_places: largest number of places from a level's first window to its last.
     """
-    segments = most_places // SEGMENT + most_places // _CHUNK + 2  # each chunk is cut for itself
+    segments = most_places // SEGMENT + most_places // _CHUNK + 2  # each chunk is divided separately
     leaves = np.array(trees.leaf, np.float32, order="C")
     return Cascade(
         np.array(trees.threshold, np.uint8, order="C"),
@@ -109,9 +112,9 @@ def _in_steps(
 ) -> tuple[NDArray[np.int16], np.int16, np.int16]:
     """Leaves in steps, rounded up; the threshold, rounded down; and a score for dropped windows.
 
-    The steps are as fine as no running score leaves 16 bits: neither one not yet dropped nor a dropped one,
-    which stays so low that no leaf lifts it to the threshold. One step more is left for the rounding of
-    single precision.
+    The steps are as fine as possible without an overflow of 16 bits, whether a window was dropped or not. A
+    dropped window's score stays so low that no leaf lifts it to the threshold again. One extra step allows
+    for the rounding of single precision.
     """
     highest, lowest = leaves.max(axis=1, initial=0.0), leaves.min(axis=1, initial=0.0)
     threshold = max(rejection_threshold, 1.001 * float(lowest.sum()) - 1e-3)  # lower, and none is dropped

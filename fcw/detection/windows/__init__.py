@@ -1,1 +1,1 @@
-"""The distance prior: which windows can hold a vehicle, by the calibration and the sizes of vehicles."""
+"""The distance prior: which windows can contain a vehicle, given calibration and vehicle sizes."""

@@ -1,15 +1,16 @@
-"""Which windows a detector looks at: scales, and for each the rows, planned once for a picture size.
+"""Which windows a detector scans: the scales, and the rows for each scale, planned once for a picture size.
 
-A picture's channels are computed at octaves of its scale (2, 1, 1/2, ...). A level is a finer scale: the grid
-of cells that remains of an octave's after resizing, over which the model's window steps cell by cell.
+A picture's channels are computed at octaves of its scale (2, 1, 1/2, ...). A level is a scale in between: a
+grid of cells resized from an octave's, over which the model's window moves cell by cell.
 
-Plain ACF looks everywhere at every scale. With the distance prior (section 3.2 of the paper) a window of the
-size s px, its vehicle's bottom edge in row v, is looked at only where a vehicle of plausible size stands on
-the road: a rear of S metres is S / h times as large as the rows from the horizon B to its bottom edge, so
+Plain ACF scans everything at every scale. With the distance prior (section 3.2 of the paper), a window of
+size s px with the vehicle's bottom edge in row v is scanned only if a vehicle of plausible size may stand
+there on the road. A rear of S metres is S / h times as large as the number of rows from the horizon B to its
+bottom edge, so
 
     size_low_m <= s h / (v - B) <= size_high_m    and    row(farthest) <= v <= row(nearest)
 
-for some pitch within the tolerance, the rows being those of eq. 4, signed.
+for some pitch within the tolerance. The rows are those of eq. 4, signed.
 """
 
 import math
@@ -25,21 +26,21 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 PAD_CELLS = 6
-"""Cells of an octave repeated beyond the picture's edges, so that vehicles at its edge have a window."""
+"""Cells by which an octave's edges are repeated, so that vehicles at the picture's edge have a window."""
 LARGEST_ENLARGEMENT = 0.45
-"""How much smaller than a level its octave may be, in octaves: a factor of 1.37. Other levels are reduced
-from the octave above, to no less than 0.68. Channels of an octave a little enlarged are closer to the true
-scale's than those of the next octave much reduced: at 0.59 they differ by 6 of 255 counts, not 10.
+"""Largest enlargement of an octave to a level, in octaves: a factor of 1.37. Other levels are reduced from
+the octave above, to no less than 0.68. Channels that are enlarged a little are closer to the true scale's
+than those that are reduced a lot: at 0.59 they differ by 6 of 255 steps, not 10.
 """
 LARGEST_SCALE_LIMIT = 4
-"""There is one octave above the picture's own, and no more."""
+"""There is only one octave above the picture's own."""
 ROUNDING_ROWS = 6
-"""How many more rows a cut may have for its resized height to be near a whole number of cells."""
+"""Largest number of rows added to a cut so that its resized height is close to a whole number of cells."""
 
 
 @dataclass(frozen=True, slots=True)
 class RowRange:
-    """Rows in which a vehicle's bottom edge may be, ends included."""
+    """Rows in which a vehicle's bottom edge may be, both ends included."""
 
     first_px: float
     last_px: float
@@ -47,15 +48,15 @@ class RowRange:
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """A grid of cells at one scale, and the windows looked at in it.
+    """A grid of cells at one scale, and the windows that are scanned in it.
 
     Attributes:
-        octave: its channels are those of the picture scaled by 2**octave, resized.
-        first_cut: first row of the octave's cells that it is made of; negative above the picture.
+        octave: its channels are resized from those of the picture scaled by 2**octave.
+        first_cut: first row of the octave's cells that it is made from; negative above the picture.
         cut_rows: number of those rows.
-        cut_columns: number of the octave's columns, `PAD_CELLS` beyond the picture on both sides.
-        rows: rows of its own cells.
-        columns: columns of its own cells.
+        cut_columns: number of the octave's columns, including `PAD_CELLS` beyond the picture on both sides.
+        rows: number of rows of its own cells.
+        columns: number of columns of its own cells.
         first_window: row of cells where the first windows have their top.
         end_window: one past the last such row.
         window_columns: number of windows in a row.
@@ -73,7 +74,7 @@ class Level:
 
     @property
     def window_count(self) -> int:
-        """Number of windows looked at."""
+        """Number of windows scanned."""
         return (self.end_window - self.first_window) * self.window_columns
 
     @property
@@ -90,17 +91,16 @@ class Level:
     def vehicles(
         self, window: Window, rows: NDArray[np.integer], columns: NDArray[np.integer]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """Where vehicles stand, px: middles in windows of these columns, bottoms in those of these rows, and
-        the sqrt(w h) of all.
+        """Middle columns, bottom rows and sqrt(w h), in px, of the vehicles that windows expect.
 
         Args:
-            window: its size.
-            rows: of windows' top cells in the level.
-            columns: of windows' left cells.
+            window: the model's window.
+            rows: rows of the windows' top cells in the level.
+            columns: columns of the windows' left cells.
         """
         cell_x, cell_y = self.cell_px
         octave_cell_px = CELL_PX / 2.0**self.octave
-        # Half a pixel: cells start at the first pixel's edge, coordinates at its middle.
+        # Half a pixel, because cells begin at the first pixel's edge and coordinates at its centre.
         middles = (columns.astype(np.float64) + window.cells / 2) * cell_x - PAD_CELLS * octave_cell_px - 0.5
         bottoms = (
             (rows.astype(np.float64) + window.vehicle_bottom_px / CELL_PX) * cell_y
@@ -115,9 +115,11 @@ class DistancePrior:
     """Where on the road vehicles are looked for.
 
     Attributes:
-        nearest_m: from the camera.
-        farthest_m: from the camera.
-        pitch_tolerance_rad: by how much the pitch may differ from the calibration's, up and down.
+        camera: the calibrated camera.
+        statistics: sizes of vehicles.
+        nearest_m: nearest distance from the camera.
+        farthest_m: farthest distance from the camera.
+        pitch_tolerance_rad: largest difference of the pitch from the calibration's, up or down.
     """
 
     camera: GroundPlaneCamera
@@ -127,7 +129,7 @@ class DistancePrior:
     pitch_tolerance_rad: float
 
     def bottom_rows(self, size_px: float) -> RowRange | None:
-        """Rows where a vehicle of this size, sqrt(w h), may have its bottom edge; None where nowhere."""
+        """Rows where a vehicle of this size, sqrt(w h), may have its bottom edge; None if there are none."""
         ranges = [
             self._rows_at_pitch(size_px, self.camera.pitch_rad + sign * self.pitch_tolerance_rad)
             for sign in (1, 0, -1)
@@ -137,7 +139,7 @@ class DistancePrior:
         return RowRange(ranges[0].first_px, ranges[-1].last_px)
 
     def aspect_ratios(self, bottom_rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Width over height of vehicles with these bottom rows, within the distances looked at."""
+        """Width over height of vehicles with these bottom rows, which are limited to the distance range."""
         distances_m = np.clip(self.camera.distance_at(bottom_rows), self.nearest_m, self.farthest_m)
         return np.asarray(self.statistics.aspect_ratio(distances_m))
 
@@ -166,7 +168,7 @@ def prior_levels(
     """Levels of the distance-prior detector, from the largest scale (the farthest vehicles) down.
 
     Raises:
-        UserError: by the calibration the road is not in the picture.
+        UserError: the calibration puts the road outside the picture.
     """
     levels = []
     # A near vehicle's window may reach beyond the picture; twice its size is more than the padding allows.
@@ -188,7 +190,7 @@ def prior_levels(
 def full_levels(
     size: ImageSize, window: Window, scales_per_octave: int, largest_scale: float
 ) -> tuple[Level, ...]:
-    """Levels of plain ACF: the whole picture, from the largest scale down to that where a window fills it."""
+    """Levels of plain ACF: the whole picture, from the largest scale until a window fills it."""
     everywhere = RowRange(-math.inf, math.inf)
     smallest = window.size_px / min(size.width, size.height)
     levels = (
@@ -211,13 +213,13 @@ def _scales_down(scales_per_octave: int, largest: float, smallest: float) -> Ite
 def _level(
     size: ImageSize, window: Window, scale: float, largest_scale: float, bottoms: RowRange
 ) -> Level | None:
-    """The level of a scale, vehicles' bottom edges within a range; None where it has no window."""
+    """The level of a scale for bottom edges within a range; None if it has no window."""
     top_octave = math.floor(math.log2(largest_scale))
     octave = min(math.ceil(math.log2(scale) - LARGEST_ENLARGEMENT), top_octave)
     octave_cell_px = CELL_PX / 2.0**octave
     ratio = scale / 2.0**octave
     octave_rows, octave_columns = int(size.height // octave_cell_px), int(size.width // octave_cell_px)
-    # Rows of the octave's cells that the windows cover, one more on each side for the interpolation.
+    # Rows of the octave's cells that the windows cover, plus one on each side for the interpolation.
     below_bottom_px = (window.size_px - window.vehicle_bottom_px) / scale
     top_px = bottoms.first_px - window.vehicle_bottom_px / scale + 0.5
     end_px = bottoms.last_px + below_bottom_px + 0.5
@@ -236,7 +238,8 @@ def _level(
     level = Level(
         octave, first, cut_rows, cut_columns, rows, columns, 0, rows - window.cells + 1, window_columns
     )
-    # Enlarging one channel above the other, the outermost rows take from the next channel: unused.
+    # Channels are stacked when they are enlarged, so outermost rows mix with the next channel and are not
+    # used.
     edge = 1 if ratio > 1 else 0
     tops = np.arange(edge, level.end_window - edge)
     _, bottom_rows, _ = level.vehicles(window, tops, tops)

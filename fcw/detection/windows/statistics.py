@@ -7,13 +7,14 @@ import numpy as np
 from fcw.detection.model import VehicleStatistics
 from fcw.detection.training.dataset import TrainingImage
 
-# The search goes beyond the labelled vehicles' extremes: calibrations err (some clips' by 20 %) and a car
-# that brakes or climbs pitches, and far out, where vehicles stand few rows below the horizon, that makes a
-# size in metres look much too small. Wider margins found no more and cost time (0.3 to 12 m: 2.7 times).
+# The search extends beyond the sizes of labelled vehicles, because calibrations are wrong (by 20 % for some
+# clips), and a car that brakes or climbs pitches. Far away, where vehicles are few rows below the horizon,
+# that makes sizes in metres look much too small. Wider margins found no more and cost time (0.3 to 12 m: 2.7
+# times).
 TAIL = 0.01
 LOW_MARGIN = 0.6
 HIGH_MARGIN = 1.25
-# Distances of the aspect ratio's support; a bin reaches to the middle (of logarithms) between two.
+# Distances at which the aspect ratio is taken. Bins meet half way between two, on a logarithmic scale.
 ASPECT_DISTANCES_M = (6.0, 10.0, 16.0, 25.0, 40.0)
 MIN_VEHICLES_IN_BIN = 10
 
@@ -21,10 +22,10 @@ MIN_VEHICLES_IN_BIN = 10
 def vehicle_statistics(images: Iterable[TrainingImage]) -> VehicleStatistics:
     """Statistics of the vehicles that count, each seen through its clip's calibration.
 
-    The size sqrt(width height) in metres is its size in pixels times the camera's height over the rows from
-    the horizon to its bottom edge: where it meets the road so many rows are as long as the camera is high (up
-    to the cosine of the pitch). The sizes searched for reach from 0.6 times the 1 % to 1.25 times the
-    99 % quantile.
+    The size sqrt(width height) in metres is the size in pixels times the camera's height over the number of
+    rows from the horizon to the bottom edge. At the vehicle's distance, that many rows are as long as the
+    camera is high (up to the cosine of the pitch). The search range is from 0.6 times the 1 % quantile to
+    1.25 times the 99 % quantile.
 
     Raises:
         ValueError: no vehicle stands below its picture's horizon.
