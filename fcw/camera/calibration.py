@@ -27,19 +27,20 @@ Places = tuple[tuple[float, float], ...]
 """Columns and rows."""
 
 DEFAULT_SUPPORT_M: Vector3 = (5.0, 10.0, 20.0)
-"""Support distances where no points suggest others: well apart in row, and in front of any camera."""
+"""Support distances if there are no points: well apart in rows, and in front of any camera."""
 ASPECT_TOLERANCE_PX = 1.0
-"""Sizes of one camera's pictures are rounded to whole pixels: 480 rows of 16:9 are 853.33 columns wide."""
+"""Tolerance for equal aspect ratios, as image sizes are rounded to whole pixels: 480 rows of 16:9 are 853.33
+columns wide."""
 
 
 @dataclass(frozen=True, slots=True)
 class GroundPoint:
-    """A point of the road somebody clicked.
+    """A clicked point on the road.
 
     Attributes:
-        distance_m: along the ground from the calibration's reference.
+        distance_m: distance along the ground from the calibration's reference point.
         row_px: its row in the picture.
-        column_px: its column, where known.
+        column_px: its column in the picture; None when unknown.
     """
 
     distance_m: float
@@ -53,7 +54,7 @@ class GroundPoint:
 
 @dataclass(frozen=True, slots=True)
 class Gaussian:
-    """A value believed before any click, and its standard deviation."""
+    """A value and its standard deviation."""
 
     value: float
     sigma: float
@@ -61,13 +62,13 @@ class Gaussian:
 
 @dataclass(frozen=True, slots=True)
 class GroundRectangle:
-    """A rectangle on the road that somebody clicked: a parking bay, a field of a crossing.
+    """A clicked rectangle on the road: a parking bay, or a field of a pedestrian crossing.
 
     Attributes:
-        corners_px: columns and rows of its four corners, going round it either way from any of them.
-        first_side_m: from the first corner to the second one; None where it is not known.
-        second_side_m: from the second corner to the third one, likewise.
-        along: whether its sides lie along and across the direction of travel.
+        corners_px: columns and rows of its four corners, in order around it, in either direction.
+        first_side_m: length from the first corner to the second; None when unknown.
+        second_side_m: length from the second corner to the third; None when unknown.
+        along: whether its sides are parallel and perpendicular to the direction of travel.
     """
 
     corners_px: Places
@@ -82,22 +83,22 @@ class GroundRectangle:
 
     @property
     def has_size(self) -> bool:
-        """Whether a side is known, so that it tells how large everything is."""
+        """Whether a side is known, so that the rectangle determines the scale."""
         return self.sides_m != (None, None)
 
     @property
     def swapped(self) -> "GroundRectangle":
-        """The same corners with the sides exchanged."""
+        """The same corners with the two lengths exchanged."""
         return replace(self, first_side_m=self.second_side_m, second_side_m=self.first_side_m)
 
 
 @dataclass(frozen=True, slots=True)
 class NumberPlate:
-    """A number plate that somebody clicked on a vehicle seen from behind.
+    """A clicked number plate of a vehicle seen from behind.
 
     Attributes:
-        places_px: columns and rows of its two ends, and of where a rear tyre of that vehicle meets the road.
-        width_m: from end to end.
+        places_px: columns and rows of its two ends, and of the point where a rear tyre meets the road.
+        width_m: width of the plate.
     """
 
     places_px: Places
@@ -106,7 +107,7 @@ class NumberPlate:
 
 @dataclass(frozen=True, slots=True)
 class Priors:
-    """Weak knowledge that took part in a calibration; None where there was none.
+    """Prior knowledge used in a calibration; None for what was not given.
 
     Attributes:
         field_of_view_rad: horizontal field of view of the whole picture.
@@ -120,14 +121,14 @@ class Priors:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of priors that are given."""
         return sum(
             prior is not None
             for prior in (self.field_of_view_rad, self.principal_row_px, self.horizon_row_px)
         )
 
     def through(self, pixels: PixelMap, size: ImageSize) -> "Priors":
-        """What was said of pictures of a size, of those that a map leads to: a part has another view."""
+        """The priors for pictures that a map leads to. A part of a picture has another field of view."""
         wider, view = pixels.size.width / (pixels.across * size.width), self.field_of_view_rad
         if view is not None:
             half = wider * math.tan(view.value / 2)
@@ -144,31 +145,30 @@ class Priors:
 class Calibration:
     """A ground-plane camera with its uncertainty, for pictures of one size.
 
-    Every distance it takes or gives is from the reference (the front bumper), which lies
-    `reference_offset_m` ahead of the camera. `camera` itself measures from the camera.
+    All distances are from the reference point (the front bumper, say), which is `reference_offset_m` ahead of
+    the camera, except those of `camera` itself, which are from the camera.
 
     Attributes:
         camera: the solution.
-        image_size: the pictures it holds for.
+        image_size: size of the pictures that it is for.
         points: the clicked points.
         row_sigma_px: standard deviation of a clicked row.
-        support_distances_m: three distances from the reference, ascending.
-        covariance: (3, 3), of the rows at the support distances, in pixels squared.
-        reference_offset_m: from the camera forward to the reference, at least 0.
-        priors: what else was said and took part.
-        residuals_px: clicked row less row of the solution, for each point; three points without priors
-            are met exactly, so that their zeros say nothing of the quality.
-        assumed: what took part because every lens has it, where nothing was said of this one; none in the
-            exact solution of three points.
-        tape_error: standard deviation of the points' distances, all together, as a part of them; the
-            covariance has it.
-        orientation: how the real camera is turned besides its pitch. `camera` and all that is measured with
-            it are of the straight picture (`fcw.camera.straight`), the points of the picture itself.
-        lens: of the real camera, where its distortion is known.
-        rectangles: that were clicked besides the points.
-        plates: likewise.
-        undone: of the straight pictures of a drive, what the camera's own have besides; None where nobody
-            made pictures straight for this calibration.
+        support_distances_m: three distances from the reference point, ascending.
+        covariance: (3, 3) covariance of the rows at the support distances, in pixels squared.
+        reference_offset_m: distance from the camera forward to the reference point, at least 0.
+        priors: prior knowledge that the user gave.
+        residuals_px: clicked row minus row of the solution, for each point. Three points without priors are
+            met exactly, so that their zeros tell nothing about the quality.
+        assumed: prior knowledge about any lens, used if nothing was given; none in the exact solution of
+            three points.
+        tape_error: common relative standard deviation of the points' distances, included in the covariance.
+        orientation: yaw and roll of the real camera. `camera`, and everything measured with it, belongs to
+            the straightened picture (`fcw.camera.straight`); the points belong to the picture itself.
+        lens: the real camera's lens, if its distortion is known.
+        rectangles: clicked rectangles.
+        plates: clicked number plates.
+        undone: for a calibration of straightened pictures, the orientation and lens that were removed; None
+            if no pictures were straightened for it.
     """
 
     camera: GroundPlaneCamera
@@ -206,12 +206,12 @@ class Calibration:
 
     @property
     def straightening(self) -> Straightening | None:
-        """The way to the straight picture; None where the picture is straight as it is."""
+        """The map to the straightened picture; None if the picture is straight as it is."""
         way = Straightening(self.camera, self.orientation, self.lens, self.image_size)
         return None if way.is_identity else way
 
     def straight_place(self, column_px: float, row_px: float) -> tuple[float, float]:
-        """Column and row in the straight picture of a place in the picture."""
+        """Column and row in the straightened picture of a point in the picture."""
         way = self.straightening
         if way is None:
             return column_px, row_px
@@ -220,7 +220,7 @@ class Calibration:
 
     @property
     def straight_rows_px(self) -> tuple[float, ...]:
-        """Rows of the points in the straight picture; a point without a column lies straight ahead."""
+        """Rows of the points in the straightened picture; one without a column is taken straight ahead."""
         way = self.straightening
         if way is None or not self.points:
             return tuple(point.row_px for point in self.points)
@@ -229,7 +229,7 @@ class Calibration:
         return tuple(way.to_straight(np.array(places))[:, 1].tolist())
 
     def straight(self) -> "Calibration":
-        """The calibration of the straight picture."""
+        """The calibration of the straightened picture."""
         way, undone = self.straightening, Undone(self.orientation, self.lens)
         if way is None:
             return replace(self, orientation=LEVEL, lens=None, undone=undone)
@@ -291,15 +291,15 @@ class Calibration:
         return self.camera.ground_box(distance_m + self.reference_offset_m, lateral_m, width_m, height_m)
 
     def distance_interval(self, row_px: float, row_sigma_px: float = 0.0) -> tuple[float, float]:
-        """16th and 84th percentile of the distance seen at a row (`fcw.camera.interval` says how).
+        """16th and 84th percentile of the distance at a row (see `fcw.camera.interval`).
 
         Args:
-            row_px: the row; as given, or as measured with noise of its own.
-            row_sigma_px: standard deviation of that noise, independent of the calibration's.
+            row_px: the row.
+            row_sigma_px: standard deviation of the row's own noise, independent of the calibration's.
 
         Returns:
-            (low, high) from the reference; inf where unbounded. What is ahead of it is not behind it too: low
-            is not negative, unless the distance at the row is.
+            (low, high) from the reference point; inf if unbounded. `low` is negative only if the distance at
+            the row is.
         """
         low_m, high_m = distance_interval(self._row_map, row_px, row_sigma_px)
         least_m = min(self.distance_at(row_px), 0.0)
@@ -327,7 +327,7 @@ class Calibration:
         return self.through(PixelMap(size, size.width / self.image_size.width, scale))
 
     def through(self, pixels: PixelMap) -> "Calibration":
-        """This calibration for the same camera's pictures that a map leads to."""
+        """This calibration for the pictures of the same camera after a map (scaled or cropped, say)."""
         scale = pixels.down
         camera = replace(
             self.camera,
@@ -358,18 +358,17 @@ class Calibration:
         return changed._with_places(pixels.places).with_residuals()
 
     def with_residuals(self) -> "Calibration":
-        """With the residuals of the points as they lie in this picture.
+        """This calibration with its residuals computed anew for its picture size.
 
-        They change with its size by more than the scale: what straightens a large picture may move a small
-        one by less than `fcw.camera.straight.SEEN_PX`, and a size that was rounded has columns scaled
-        otherwise than rows.
+        They do not simply scale with the size. What straightens a large picture may move a small one by less
+        than `fcw.camera.straight.SEEN_PX`, and if a size was rounded, columns and rows have different scales.
         """
         rows_px = zip(self.points, self.straight_rows_px, strict=True)
         residuals = tuple(row_px - self.row_at(point.distance_m) for point, row_px in rows_px)
         return replace(self, residuals_px=residuals)
 
     def _with_places(self, moved: Callable[[Places], Places]) -> "Calibration":
-        """With the rectangles and plates where they lie in another picture."""
+        """This calibration with its rectangles and plates moved to another picture."""
         if not (self.rectangles or self.plates):
             return self
         return replace(

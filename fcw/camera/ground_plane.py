@@ -68,7 +68,7 @@ class GroundPlaneCamera:
 
     @property
     def pole_m(self) -> float:
-        """C: a point at the distance -C lies in the camera's own plane and has no row."""
+        """C: a point at the distance -C is in the plane of the camera's centre, and has no row."""
         return self.height_m * math.tan(self.pitch_rad)
 
     @property
@@ -81,7 +81,7 @@ class GroundPlaneCamera:
     @overload
     def row_at(self, distance_m: FloatArray) -> FloatArray: ...
     def row_at(self, distance_m: float | FloatArray) -> float | FloatArray:
-        """Row of the road at a distance (eq. 4, its sign mended); +inf for points the camera has behind it.
+        """Row of the road at a distance (eq. 4 with its sign corrected); +inf for points behind the camera.
 
         An infinite distance gives the horizon's row.
         """
@@ -108,7 +108,7 @@ class GroundPlaneCamera:
         return np.divide(scale, below, out=distances, where=below > 0) - pole
 
     def row_slope_at(self, distances_m: FloatArray) -> FloatArray:
-        """By how many rows the road falls for each metre nearer, at distances in front of the camera."""
+        """Number of rows per metre of distance, at distances in front of the camera."""
         return self.row_scale_m_px / (distances_m + self.pole_m) ** 2
 
     @overload
@@ -139,13 +139,13 @@ class GroundPlaneCamera:
         return float(column) if column.ndim == 0 else column
 
     def ground_box(self, distance_m: float, lateral_m: float, width_m: float, height_m: float) -> Box:
-        """Box around the upright rear of a vehicle that stands at a distance.
+        """Box of the upright rear of a vehicle at a distance.
 
         Args:
-            distance_m: of the rear, along the ground.
-            lateral_m: of the rear's middle, positive to the left.
-            width_m: of the rear.
-            height_m: of the rear above the road.
+            distance_m: distance of the rear, along the ground.
+            lateral_m: lateral position of the rear's middle, positive to the left.
+            width_m: width of the rear.
+            height_m: height of the rear above the road.
 
         Raises:
             ValueError: a corner of the rear is beside or behind the camera.
@@ -164,7 +164,7 @@ class GroundPlaneCamera:
             / top_depth_m
         )
         bottom_row = self.row_at(float(distance_m))
-        # Under pitch the top edge is nearer to or farther from the image plane than the bottom edge.
+        # With pitch, the depths of the top and the bottom edge differ.
         left = min(self.focal_y_px * -(lateral_m + width_m / 2) / z for z in (bottom_depth_m, top_depth_m))
         right = max(self.focal_y_px * -(lateral_m - width_m / 2) / z for z in (bottom_depth_m, top_depth_m))
         return Box(self.principal_column_px + left, top_row, right - left, bottom_row - top_row)

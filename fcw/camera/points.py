@@ -1,4 +1,4 @@
-"""What is wrong with clicked points before any calculation, in words that name them and the mend."""
+"""Checks of clicked points before any calculation, with messages that name the points and the remedy."""
 
 import math
 from collections.abc import Sequence
@@ -11,24 +11,25 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 PARAMETER_COUNT = 3
-"""Pitch, focal length and principal row; as many independent facts are needed."""
+"""Pitch, focal length and principal row. As many independent measurements are needed."""
 LARGEST_TAPE_ERROR = 0.5
-"""Of its distance; more than that is no measurement."""
+"""Limit of the relative error of a tape; beyond it, nothing is measured."""
 LEAST_HEIGHT_M, MOST_M, LEAST_SIGMA_PX = 0.01, 10_000.0, 1e-6
-"""Beyond these numbers lose their digits; a height in millimetres is within."""
+"""Beyond these limits, precision is lost. A height that was typed in millimetres is within them."""
 FARTHEST_POINT_M, MOST_POINTS = 500.0, 100
-"""Nobody tapes farther, and nobody clicks more; every three of them are compared."""
+"""Nobody measures farther or clicks more points. Every three of them are compared."""
 OUTSIDE_LIMIT = 1.0
-"""How far outside the picture a point may lie, in pictures: an extrapolated mark may be just below it, but a
-row further off belongs to another picture or is a slip of the pen."""
+"""How far outside the picture a point may be, in picture sizes. An extrapolated mark may be just below the
+picture, but a row farther off belongs to another picture or is a typing error."""
 REPEAT_SIGMAS = 6.0
-"""Two clicks on one distance that differ by more than this many sigmas are not the same mark."""
+"""Two clicks at one distance that differ by more than this many sigmas are not the same mark."""
 COLLINEAR_TOLERANCE = 1e-6
-"""How far from the straight line rounding can put the middle row, in parts of the rows between the others."""
+"""Tolerance for rounding in the middle row's distance from a straight line, relative to the rows of the other
+two."""
 DISTANCE_RESOLUTION_M = 1e-4
-"""Distances that agree to this are the same mark."""
+"""Distances that differ by less are the same mark."""
 ROW_RESOLUTION_PX = 1e-4
-"""Rows that agree to this are the same row; no click is finer."""
+"""Rows that differ by less are the same row; no click is finer."""
 
 
 class PointsFault(Enum):
@@ -44,11 +45,11 @@ class PointsFault(Enum):
 
 
 class PointsError(UserError):
-    """Points that determine no camera, with the cause for programs.
+    """Points that do not determine a camera, with a machine-readable cause.
 
     Attributes:
         fault: what is wrong.
-        points: with which of them, the nearest first.
+        points: the points concerned, the nearest first.
     """
 
     def __init__(self, message: str, fault: PointsFault, points: Sequence[GroundPoint]) -> None:
@@ -64,10 +65,10 @@ class PointsError(UserError):
 def check_setup(
     image_size: ImageSize, height_m: float, reference_offset_m: float, row_sigma_px: float
 ) -> None:
-    """Refuse impossible measurements of the set-up.
+    """Check the measurements of the set-up.
 
     Raises:
-        UserError: naming the value and what was expected.
+        UserError: a value is impossible.
     """
     if image_size.width < 1 or image_size.height < 1:
         raise UserError(f"image size {image_size}: expected a width and height of at least 1 pixel")
@@ -91,10 +92,10 @@ def check_setup(
 
 
 def check_tape_error(tape_error: float) -> None:
-    """Refuse errors of a tape without meaning.
+    """Check the relative error of the tape.
 
     Raises:
-        UserError: naming the value and what was expected.
+        UserError: the value is impossible.
     """
     if not 0 <= tape_error < LARGEST_TAPE_ERROR:
         raise UserError(
@@ -104,10 +105,10 @@ def check_tape_error(tape_error: float) -> None:
 
 
 def check_exact(points: Sequence[GroundPoint], priors: Priors) -> None:
-    """Refuse the exact solution of anything but three points.
+    """Check that the exact solution is asked for three points and nothing else.
 
     Raises:
-        UserError: naming what is too much or too little.
+        UserError: it is not.
     """
     if len(points) != PARAMETER_COUNT or priors.count:
         besides = " and nothing else of the camera" if priors.count else f", not {len(points)}"
@@ -118,10 +119,10 @@ def check_exact(points: Sequence[GroundPoint], priors: Priors) -> None:
 
 
 def check_priors(priors: Priors) -> None:
-    """Refuse priors without meaning.
+    """Check the priors.
 
     Raises:
-        UserError: naming the prior, its value and what was expected.
+        UserError: a value or a sigma is impossible.
     """
     named = (
         ("field of view", priors.field_of_view_rad, 180 / math.pi, " degrees"),
@@ -149,11 +150,11 @@ def check_priors(priors: Priors) -> None:
 def check_points(
     points: Sequence[GroundPoint], image_size: ImageSize, row_sigma_px: float, prior_count: int
 ) -> None:
-    """Refuse points that determine no camera.
+    """Check that points can determine a camera.
 
     Raises:
-        PointsError: naming the points and the mend.
-        UserError: they are too many.
+        PointsError: they cannot; the message names them and the remedy.
+        UserError: there are too many.
     """
     check_each(points, image_size)
     ordered = sorted(points, key=lambda point: point.distance_m)
@@ -186,11 +187,11 @@ def check_points(
 
 
 def check_each(points: Sequence[GroundPoint], image_size: ImageSize) -> None:
-    """Refuse points that are none by themselves, whatever the others are, and more than anybody clicks.
+    """Check each point for itself, and their number.
 
     Raises:
-        PointsError: naming the point.
-        UserError: they are too many.
+        PointsError: a point is impossible.
+        UserError: there are too many.
     """
     for point in points:
         _check_point(point, image_size)
@@ -198,11 +199,11 @@ def check_each(points: Sequence[GroundPoint], image_size: ImageSize) -> None:
 
 
 def check_reach(points: Sequence[GroundPoint]) -> None:
-    """Refuse more points than anybody clicks, and farther ones than anybody measures.
+    """Check the number of points, and that none is farther away than anybody measures.
 
     Raises:
-        PointsError: naming the farthest point.
-        UserError: they are too many.
+        PointsError: the farthest point is too far away.
+        UserError: there are too many.
     """
     if len(points) > MOST_POINTS:
         raise UserError(f"{len(points)} points: expected at most {MOST_POINTS}; a few far apart say as much")
@@ -251,24 +252,24 @@ def _check_point(point: GroundPoint, size: ImageSize) -> None:
 
 
 MOST_SLOPE = 0.1
-"""Of a line across the road, in the picture of any camera that somebody put up by eye: six degrees."""
+"""Largest slope in the picture of a line across the road, for a camera mounted by eye: six degrees."""
 
 
 def check_repeats(points: Sequence[GroundPoint], row_sigma_px: float) -> None:
-    """Refuse points of one distance in rows that clicks of this error cannot both give.
+    """Check that points at one distance have rows that agree within the error of a click.
 
     Args:
         points: in any order.
-        row_sigma_px: 0 refuses every second point of a distance.
+        row_sigma_px: the error of a click; 0 allows only one point at each distance.
 
     Raises:
-        PointsError: naming the two points.
+        PointsError: two of them do not.
     """
     for near, far in pairwise(sorted(points, key=lambda point: point.distance_m)):
         same = far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M
         apart_px = REPEAT_SIGMAS * row_sigma_px
         if near.column_px is not None and far.column_px is not None:
-            # Beside each other, a tilted camera or a lens that bends the picture moves them.
+            # If they are side by side, a tilted camera or lens distortion gives them different rows.
             apart_px += MOST_SLOPE * abs(near.column_px - far.column_px)
         contradictory = abs(near.row_px - far.row_px) > apart_px
         if same and (contradictory or row_sigma_px == 0):
@@ -281,10 +282,10 @@ def check_repeats(points: Sequence[GroundPoint], row_sigma_px: float) -> None:
 
 
 def check_order(points: Sequence[GroundPoint]) -> None:
-    """Refuse points of which a farther one is not higher in the picture.
+    """Check that farther points are higher in the picture.
 
     Raises:
-        PointsError: naming the two points.
+        PointsError: two of them are not.
     """
     for near, far in pairwise(sorted(points, key=lambda point: point.distance_m)):
         if far.distance_m - near.distance_m <= DISTANCE_RESOLUTION_M:
@@ -307,7 +308,7 @@ def check_order(points: Sequence[GroundPoint]) -> None:
 
 
 def _check_convex(near: GroundPoint, middle: GroundPoint, far: GroundPoint) -> None:
-    """Rows of a road crowd together towards the horizon; otherwise the horizon comes out below the road."""
+    """Check that rows crowd together towards the horizon; otherwise the horizon would be below the road."""
     near_gap_m, far_gap_m = middle.distance_m - near.distance_m, far.distance_m - middle.distance_m
     straight_px = (near.row_px * far_gap_m + far.row_px * near_gap_m) / (near_gap_m + far_gap_m)
     if straight_px - middle.row_px > COLLINEAR_TOLERANCE * (near.row_px - far.row_px):
@@ -319,7 +320,7 @@ def _check_convex(near: GroundPoint, middle: GroundPoint, far: GroundPoint) -> N
 
 
 def horizon_below_road(points: Sequence[GroundPoint], detail: str) -> PointsError:
-    """The error for points whose rows do not crowd together with distance."""
+    """The error for points whose rows do not crowd together towards the horizon."""
     return PointsError(
         f"points {', '.join(map(str, points))}: the horizon would come out below the road, because the rows "
         f"do not crowd together with distance ({detail}); check the distances and click the points again",

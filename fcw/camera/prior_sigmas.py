@@ -1,38 +1,41 @@
-"""How well a camera is known before any click, where nobody says how well: standard deviations.
+"""Standard deviations of what is known about a camera before any click, used if none is given.
 
-From data sheets and the cameras of the data (KITTI, TuSimple, Udacity), not from any calibration's error.
+From data sheets and the cameras of the data (KITTI, TuSimple, Udacity), not from the error of any
+calibration.
 """
 
 import math
 
 FIELD_OF_VIEW_SIGMA_DEG = 3.0
-"""Data sheets round, state the diagonal, or ignore what stabilisation crops."""
+"""1-sigma of a stated field of view: data sheets round, state the diagonal, or ignore what stabilisation
+crops."""
 PRINCIPAL_ROW_SIGMA_HEIGHTS = 0.03
-"""How far lens and sensor are off centre in ordinary cameras, in picture heights."""
+"""1-sigma of the optical axis about the middle of the picture in ordinary cameras, in picture heights."""
 USUAL_FIELD_OF_VIEW_DEG, USUAL_FIELD_OF_VIEW_SIGMA_DEG = 75.0, 25.0
-"""Along the longer side of the picture, of any camera that somebody puts behind a windscreen; telephones and
-cropped pictures see 45 degrees, wide dash cameras 110 once they are rectilinear."""
+"""Field of view along the longer side of the picture, for any camera behind a windscreen. Telephones and
+cropped pictures have 45 degrees, wide dash cameras 110 once they are rectilinear."""
 UNKNOWN_FIELD_OF_VIEW_DEG, UNKNOWN_FIELD_OF_VIEW_SIGMA_DEG = 66.0, 16.0
-"""The same where no distance is marked, so that every distance is proportional to the focal length and the
-belief decides: the middle and the spread of what the cameras of published drives see, 49 (Cityscapes), 58
-(Udacity), 65 (nuScenes, comma2k19), 66 (RobotCar), 73 (ApolloScape), 81 (KITTI) and 84 degrees (TuSimple);
-the median stays between 65 and 66 whichever is left out. Wide dash cameras lie within two sigmas."""
+"""The same if no distance is marked, so that every distance is proportional to the focal length, and this
+prior decides. It is the centre and the spread of the cameras of published drives: 49 (Cityscapes), 58
+(Udacity), 65 (nuScenes, comma2k19), 66 (RobotCar), 73 (ApolloScape), 81 (KITTI) and 84 degrees (TuSimple).
+The median stays between 65 and 66 whichever is left out. Wide dash cameras are within two sigmas."""
 USUAL_TANGENT, USUAL_TANGENT_SIGMA = 0.05, 0.12
-"""Of the pitch of a camera that somebody put up to look ahead: 3 degrees down, give or take 7."""
+"""Tangent of the pitch of a camera that was mounted to look ahead: 3 degrees down, plus or minus 7."""
 YAW_SIGMA_RAD = math.radians(5.0)
-"""Of a camera that somebody pointed ahead by eye."""
+"""1-sigma of the yaw of a camera that was pointed ahead by eye."""
 ROLL_SIGMA_RAD = math.radians(1.5)
-"""Of a camera that somebody mounted as level as the eye can."""
+"""1-sigma of the roll of a camera that was levelled by eye."""
 TAPE_ERROR = 0.01
-"""Of taped distances, all together, as a part of them: the tape sags, or lies askew."""
+"""Common relative 1-sigma of taped distances: the tape sags, or is not straight."""
 MARK_ERROR_PART = 0.25
-"""Of the tape's error, what each mark has for itself besides: it is laid and clicked by its edge."""
+"""Independent error of each mark, as a fraction of the tape's error: it is laid, and clicked, by its edge."""
 CAR_CAMERA_HEIGHT_M, CAR_CAMERA_HEIGHT_SIGMA_M = 1.3, 0.12
-"""Above the road, of a lens at the mirror of an ordinary car."""
+"""Height above the road of a camera at the mirror of an ordinary car."""
 UNKNOWN_HEIGHT_M, UNKNOWN_HEIGHT_SIGMA_M = 1.5, 0.5
-"""Of a lens behind any windscreen, a sports car's to a lorry's, where lengths on the road tell the rest."""
+"""Height of a camera behind any windscreen, from a sports car's to a lorry's, if lengths on the road
+determine the scale."""
 SIDE_SIGMA_M = 0.02
-"""Of a taped side of a rectangle for itself, besides the tape's own error: paint is as wide as a hand, and is
-clicked and taped by what should be the same edge."""
+"""Independent 1-sigma of a taped side of a rectangle, in addition to the tape's error: paint is as wide as a
+hand, and may be clicked and taped by different edges."""
 HORIZON_ROW_SIGMA_PX = 2.0
-"""How well a horizon is dragged by eye, and how well two straight lane lines extended by eye meet."""
+"""1-sigma of a horizon that is dragged by eye, or found by extending two straight lane lines by eye."""

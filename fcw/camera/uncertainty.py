@@ -12,15 +12,15 @@ from fcw.camera.solve import row_jacobian
 
 CANDIDATE_COUNT = 60
 TARGET_DISTANCES_M = (10.0, 20.0, 30.0, 40.0, 50.0)
-"""Where the error of the distance counts when the next click is chosen: the range of a warning."""
+"""Distances whose error is minimised when the next click is chosen: the range of a warning."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraSigmas:
-    """Standard deviations, to first order.
+    """Standard deviations of the camera's parameters, to first order.
 
-    Pitch, focal length and principal row trade off against each other: each alone may be poorly known while
-    every distance is known well.
+    Pitch, focal length and principal row are strongly correlated. Each may be poorly known while every
+    distance is known well.
     """
 
     pitch_rad: float
@@ -34,11 +34,11 @@ class NextClick:
     """The distance at which one more clicked point improves the distances most.
 
     Attributes:
-        distance_m: from the reference.
-        row_px: where it will be, about.
-        error_before: relative standard deviation of the distance now, root mean square over
+        distance_m: distance from the reference point.
+        row_px: expected row of the point.
+        error_before: present relative standard deviation of the distance, root mean square over
             `TARGET_DISTANCES_M`.
-        error_after: the same with that click.
+        error_after: the same after that click.
     """
 
     distance_m: float
@@ -72,16 +72,16 @@ def best_next_click(
     """Where one more click, as good as the others, shrinks the errors of the distances most.
 
     Args:
-        calibration: the state so far.
-        nearest_m: nearest distance that can be marked, from the reference.
-        farthest_m: farthest one; a tape measure or paced dashes reach no farther.
+        calibration: the present calibration.
+        nearest_m: nearest distance that can be marked, from the reference point.
+        farthest_m: farthest distance that a tape measure or paced dashes can reach.
 
     Returns:
-        None where no distance between the two is inside the picture, or nothing is uncertain.
+        None if no distance between the two is inside the picture, or if nothing is uncertain.
     """
     targets_m = np.array(TARGET_DISTANCES_M)
     before = relative_errors(calibration, targets_m)
-    # What the tape has wrong, one more mark of the same tape has wrong too.
+    # The tape's error is common to all marks, so one more mark does not reduce it.
     support_m = np.array(calibration.support_distances_m)
     slopes = calibration.camera.row_slope_at(support_m + calibration.reference_offset_m)
     taped_px = calibration.tape_error * support_m * slopes
@@ -91,7 +91,7 @@ def best_next_click(
     candidates_m = candidates_m[(rows_px >= -0.5) & (rows_px <= calibration.image_size.height - 0.5)]
     if not len(candidates_m) or not before.any():
         return None
-    # One more row measured is a rank-one update of the covariance, as in a Kalman filter.
+    # One more measured row is a rank-one update of the covariance, as in a Kalman filter.
     gradients = calibration.row_gradients(candidates_m)
     spreads = covariance @ gradients.T
     laid_px = MARK_ERROR_PART * calibration.tape_error * candidates_m
@@ -123,7 +123,7 @@ def relative_errors(calibration: Calibration, distances_m: FloatArray) -> FloatA
 
 
 def _relative_per_row(calibration: Calibration, distances_m: FloatArray) -> FloatArray:
-    """(N,): by what part of it a distance changes from one row to the next."""
+    """(N,): relative change of the distance from one row to the next."""
     camera = calibration.camera
     depths_m = distances_m + calibration.reference_offset_m + camera.pole_m
     return depths_m**2 / camera.row_scale_m_px / distances_m
