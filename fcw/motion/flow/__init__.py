@@ -1,1 +1,2 @@
-"""Points followed from picture to picture: where they are taken, and when the pictures were."""
+"""What is measured from picture to picture: tracked points, own car, cuts, sight, and the pictures' true
+times."""

@@ -1,8 +1,8 @@
-"""Corners of a grey picture: in each cell of a grid the place that can be followed best.
+"""Corners of a grey picture: in each cell of a grid, the point that can be tracked best.
 
 The measure is that of Shi & Tomasi (1994), "Good features to track": the smaller eigenvalue of the gradient's
-second moments in a window, here of 8x8 pixels on a grid of 4. Flow is measured at whatever place is given, so
-that nothing finer is needed, and the whole picture takes a fifth of a millisecond at 640x360.
+second moments in a window, here of 8x8 pixels on a grid of 4. A finer grid is not needed, as points anywhere
+can be tracked. A picture of 640x360 takes a fifth of a millisecond.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from fcw.kernels.jit import kernel, rows_of_bytes
 
 BLOCK_PX = 4
 WINDOW_SAMPLES = 2 * BLOCK_PX * BLOCK_PX
-"""Gradients summed in a window of 2x2 blocks."""
+"""Number of gradients summed in a window of 2x2 blocks."""
 
 
 @kernel()
@@ -78,7 +78,7 @@ def _shrink(
 ) -> None:  # pragma: no cover - compiled
     height, width = small.shape
     part = 1.0 / (factor * factor)
-    # Of all colours, for bytes side by side are added at once: quicker than a third of them one by one.
+    # All colours are summed, as adding contiguous bytes is faster than picking every third one.
     sums, totals = np.empty(3 * width * factor, np.uint16), np.empty(width, np.uint32)
     for y in range(height):
         sums[:] = 0
@@ -108,7 +108,7 @@ def _halve(rows: NDArray[np.uint8], small: NDArray[np.uint8]) -> None:  # pragma
 
 
 def small_grey(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
-    """A picture in grey, made smaller by a whole factor: the means of its green values, which are sharpest.
+    """A grey picture reduced by a whole factor: means of the green values, which are the sharpest.
 
     Args:
         image: (height, width, 3) BGR.
@@ -125,15 +125,14 @@ def small_grey(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
 
 
 class Corners(NamedTuple):
-    """The best corner of each cell of a grid; cells have the same number in all pictures of one size.
+    """The best corner of each cell of a grid. A cell has the same index in all pictures of one size.
 
     Attributes:
         places: (cells, 2) columns and rows.
-        scores: (cells,) the smaller eigenvalue, as the mean square of the grey values' differences over two
-            pixels.
-        information: (cells, 3) how well a place is known by its window: sums over it of gx^2, gy^2 and gx gy,
-            with gradients in grey values a pixel; over the variance of a grey value that is the inverse of
-            the place's covariance.
+        scores: (cells,) smaller eigenvalue, as a mean square of differences of grey values over two pixels.
+        information: (cells, 3) sums of gx^2, gy^2 and gx gy over the window, with gradients in grey values
+            per pixel. Divided by the variance of a grey value, they are the inverse covariance of the
+            position.
     """
 
     places: NDArray[np.float32]
@@ -142,12 +141,12 @@ class Corners(NamedTuple):
 
     @property
     def contrast(self) -> NDArray[np.float64]:
-        """(cells,) root mean square of the gradient in the window, grey values a pixel."""
+        """(cells,) root mean square of the gradient in the window, in grey values per pixel."""
         return np.sqrt((self.information[:, 0] + self.information[:, 1]) / (2 * WINDOW_SAMPLES))
 
     @property
     def roundness(self) -> NDArray[np.float64]:
-        """(cells,) the smaller eigenvalue over the larger: 0 on an edge, 1 if all directions are alike."""
+        """(cells,) smaller eigenvalue over the larger: 0 on an edge, 1 if all directions are alike."""
         xx, yy, xy = self.information.T
         both, apart = xx + yy, np.hypot(xx - yy, 2 * xy)
         return (both - apart) / np.maximum(both + apart, 1e-9)

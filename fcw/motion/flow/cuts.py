@@ -1,13 +1,14 @@
-"""Where a clip is cut, as one that was edited, or goes on with another camera.
+"""Detects cuts in a clip that was edited, or that continues with another camera.
 
-What finds the cuts of films goes by brightness and colour (FFmpeg's `scdet`, PySceneDetect). Drives have sky
-above and road below on both sides of a cut; details tell them apart. Small grey pictures without their
-shading are compared part by part, each where it fits best nearby: how bright they are does not matter, nor
-that we turn, nor what passes or wipes over some of the parts. In snow and in the dark pictures are less alike
-all the time: a cut is a drop below all of the last second.
+Detectors for cuts in films use brightness and colour (FFmpeg's `scdet`, PySceneDetect). Drives have sky above
+and road below on both sides of a cut, so only details tell them apart. Small grey pictures without their
+shading are compared part by part, each where it fits best nearby. So brightness does not matter, nor turning,
+nor something that passes or wipes over some of the parts. In snow and in the dark, pictures are always less
+alike. So a cut is a drop in likeness below the whole last second.
 
-A picture that is unlike the one before may come after a cut, or may be a flash or a broken one. The next one
-tells: after a cut it is like the one in question.
+A picture that is unlike the previous one may be the first after a cut, or a flash or a damaged one. The next
+picture
+decides: after a cut, it is like the picture in question.
 """
 
 from collections import deque
@@ -18,40 +19,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 WIDTH, HEIGHT = 64, 36
-"""Of the small pictures."""
+"""Size of the small pictures."""
 SAMPLES = 3
-"""Along each side of what becomes one of their pixels."""
+"""Number of samples along each side of the area that becomes one of their pixels."""
 SHADING_PX = 4.0
-"""Sigma of what is taken for shading."""
+"""Sigma of the Gaussian filter whose result is taken as shading."""
 PART_WIDTH, PART_HEIGHT, NEARBY_PX = 12, 9, 4
-"""Of the parts, and how far they are looked for, up, down and to the sides."""
+"""Size of the parts, and how far they are searched in each direction."""
 LEAST_DETAIL = 2.0
-"""Standard deviation, in grey values, of a picture or a part that can be compared."""
+"""Least standard deviation, in grey values, of a picture or part that can be compared."""
 FEWEST_PARTS = 3
 SURELY_ALIKE = 0.8
-"""Correlation of two pictures whose parts need not be looked at."""
+"""Correlation of two pictures from which their parts need not be compared."""
 ALIKE, ALIKE_SOON = 0.55, 0.75
-"""Least likeness of pictures that follow each other; the second up to `SOON_NS` after the last new one.
+"""Least likeness of consecutive pictures; the second applies up to `SOON_NS` after the last new picture.
 
-Chosen on ten real clips, two drives of KITTI and the shipped one (`benchmarks/motion/clip_cuts.py`), and so
+Chosen on ten real clips, two drives of KITTI and the shipped one (`benchmarks/motion/clip_cuts.py`), and such
 that wipers drawn into the clips are no cuts.
 """
 SOON_NS, LONGEST_STEP_NS = 50_000_000, 150_000_000
-"""After a longer time than the second, pictures of one drive may differ as much as any."""
+"""After more than `LONGEST_STEP_NS`, pictures of one drive may differ as much as any two."""
 DROP, LATELY_NS, FEWEST_STEPS = 0.1, 1_000_000_000, 5
-"""By so much a cut is less alike than all steps of so long before; so many must be known."""
+"""A cut's likeness is by `DROP` below that of all steps in the last `LATELY_NS`, of which there are at least
+`FEWEST_STEPS`."""
 REPEATED = 0.999
-"""Pictures with a higher correlation may be one and the same, shown twice."""
+"""Two pictures with a higher correlation may be the same one, shown twice."""
 
 
 class Follows(Enum):
-    """How a picture follows the one before."""
+    """How a picture follows the previous one."""
 
     SAME_VIEW = "same view"
     UNLIKE = "unlike"
-    """The next one tells whether it was a cut."""
+    """It is unlike the previous picture; the next one tells whether there was a cut."""
     AFTER_CUT = "after a cut"
-    """The picture before was the first of another view, and this one goes on with it."""
+    """The previous picture was the first of another view, and this one continues it."""
 
 
 class CutWatch:
@@ -61,20 +63,20 @@ class CutWatch:
         self._last: NDArray[np.float32] | None = None
         self._unlike: NDArray[np.float32] | None = None
         self._time_ns = self._new_ns = 0
-        """Of the last picture, and of the last one that was no repeated one."""
+        """Times of the last picture, and of the last one that did not repeat its predecessor."""
         self._lately: deque[tuple[float, int]] = deque()
-        """Likenesses and times of the steps of the last second."""
+        """Likenesses and times of the steps in the last second."""
 
     def see(self, time_ns: int, image: NDArray[np.uint8]) -> Follows:
-        """Take the next picture.
+        """Update with the next picture.
 
         Args:
-            time_ns: of it.
+            time_ns: time of the picture.
             image: (height, width, 3) BGR.
         """
         now, since_ns = details(image), time_ns - self._time_ns
         if cv2.norm(now) < LEAST_DETAIL * now.size**0.5:
-            return Follows.SAME_VIEW  # nothing can be seen: what comes afterwards tells
+            return Follows.SAME_VIEW  # nothing can be seen; later pictures will tell
         last, unlike, self._time_ns = self._last, self._unlike, time_ns
         if last is None or since_ns > LONGEST_STEP_NS:
             return self._go_on(now, time_ns)
@@ -101,7 +103,7 @@ class CutWatch:
 
 
 def details(image: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """(HEIGHT, WIDTH) of a picture: its green, which is most of the brightness, without shading."""
+    """(HEIGHT, WIDTH) small picture of the green, which is most of the brightness, without shading."""
     height, width = image.shape[:2]
     down, across = max(height // (SAMPLES * HEIGHT), 1), max(width // (SAMPLES * WIDTH), 1)
     sampled = np.ascontiguousarray(image[down // 2 :: down, across // 2 :: across, 1])
@@ -111,7 +113,7 @@ def details(image: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def correlation(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
-    """Correlation of two small pictures in place; as their shading is gone, the mean of each is 0."""
+    """Correlation of two small pictures without a shift. Without shading, their means are 0."""
     length = cv2.norm(before) * cv2.norm(now)
     return float(np.vdot(before, now)) / length if length else 0.0
 
@@ -119,7 +121,7 @@ def correlation(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
 def likeness(before: NDArray[np.float32], now: NDArray[np.float32]) -> float:
     """Median correlation of the parts of the earlier picture, each where it fits best in the later one.
 
-    It is 1 where too few parts have details.
+    1 if too few parts have details.
     """
     correlations = []
     for top in range(NEARBY_PX, HEIGHT - PART_HEIGHT - NEARBY_PX + 1, PART_HEIGHT):

@@ -1,4 +1,4 @@
-"""Which corners of a picture are followed: those of the road, and those of what is beside and above it."""
+"""Which corners of a picture are tracked: those on the road, and those beside and above it."""
 
 import math
 
@@ -10,9 +10,9 @@ from fcw.kernels.jit import kernel
 from fcw.motion.flow.corners import Corners
 
 BESIDE_M = 1.0
-"""Between the road and what is beside it lies a strip of which nobody knows."""
+"""Width of a strip between the road and what is beside it that may be either, and is not used."""
 NEITHER, ROAD, OTHER = range(3)
-"""What a corner is taken for."""
+"""Kinds of corners: of no use, on the road, elsewhere."""
 
 
 @kernel()
@@ -27,11 +27,12 @@ def kinds_of_corners(
     limits: tuple[float, float, float, float],
     kinds: NDArray[np.uint8],
 ) -> None:  # pragma: no cover - compiled
-    """Whether each corner is one of the `ROAD`, another, or of no use.
+    """Determine the kind of each corner.
 
-    `least` are score, trust and roundness; `boxes` are left, top, right and bottom of what is left out;
-    `rays` are those from the direction of travel; `limits` are the nearest and the farthest road, half of its
-    width, and the inverse depth of the road below which a ray leads above the horizon.
+    `least` has the least score, trust and roundness. `boxes` has left, top, right and bottom of areas that
+    are left out. `rays` are relative to the direction of travel. `limits` has the nearest and the farthest
+    distance of the road, half of its width, and the inverse depth of the road below which a ray is above the
+    horizon.
     """
     faintest, least_trust, least_roundness = least
     nearest_m, farthest_m, half_width_m, above = limits

@@ -1,15 +1,16 @@
-"""Which of the picture is the own car: bonnet, dashboard, wipers, and what lies on them; sunshade and mirror.
+"""Which part of the picture shows our own car: bonnet, dashboard, wipers, objects on them, sunshade and
+mirror.
 
-It stands still in the picture while the rest moves, and it reaches the lower or the upper edge. Taken for the
-road, it says that we stand, at any speed; taken for what is far, that we drive elsewhere. How far a cell has
-moved between two pictures follows without any search from how its grey values changed, by the gradients that
-they have (Horn & Schunck 1981); that is right up to about a pixel, and more than that is only known to be
-more, which is enough.
+It is stationary in the picture while the rest moves, and it touches the lower or the upper edge. Taken as
+road, it would tell that we stand, at any speed; taken as background, that we drive elsewhere. How far a cell
+has moved between two pictures follows without a search from the change of its grey values and their gradients
+(Horn & Schunck 1981). This is accurate up to about a pixel; a larger motion is only known to be larger, which
+is enough.
 
 The limits were set while looking at eight clips with a dashboard or bonnet in view and six without, eight of
-them not of the project's data; none was left out. By their medians, cells of the own car were still in nine
-looks of ten, and others of the lower half in none to two of ten, but for one clip that repeats its pictures
-(eight of ten). On the six without one no cell was taken.
+them not of the project's data; none was left out. By their medians, cells of our own car were still in nine
+looks of ten, and other cells of the lower half in at most two of ten, except in one clip that repeats its
+pictures (eight of ten). In the six without a bonnet, no cell was marked.
 """
 
 from collections.abc import Sequence
@@ -23,23 +24,28 @@ from fcw.kernels.jit import kernel
 from fcw.motion.flow.corners import BLOCK_PX
 
 LOOKED_S = 0.2
-"""Time between two looks; more of them tell no more."""
+"""Time between two looks; more of them would tell nothing more."""
 MOVED_PX, STILL_PX = 0.6, 0.4
+"""A cell moved, or was still, if it moved by more or less than this."""
 PLAIN = 4.0
-"""Mean square of the gradient, in grey values a pixel, below which a cell shows nothing that could move."""
+"""Mean square of the gradient, in grey values per pixel, below which a cell has no texture that could
+move."""
 MOVING_PART = 0.25
-"""The rest of the picture moves if so many of the cells do."""
+"""The rest of the picture moves if at least this fraction of its cells does."""
 STILL_PART = 0.8
+"""A cell shows our own car if it was still in more than this fraction of the looks."""
 FEWEST_LOOKS = 5.0
 FORGOTTEN_S = 60.0
+"""Time constant with which looks are forgotten."""
 PLAIN_ROWS = 3
-"""How many cells that show nothing may lie between the edge and the own car, and within it."""
+"""Largest number of cells without texture between the edge and our own car, and within it."""
 BESIDE = 2
-"""How far the own car reaches is the median over this many columns to either side."""
+"""The extent of our own car is the median over this many columns to either side."""
 UPPER_PART = 1 / 3
-"""Of the picture's height it reaches down no farther: what is far stands still, too."""
+"""Largest extent from the upper edge, as a fraction of the height, because the far background is still,
+too."""
 SOBEL_SCALE = 8
-"""What Sobel's filter says is so many times the slope."""
+"""Gain of Sobel's filter: its output over the gradient."""
 
 
 @kernel()
@@ -50,8 +56,10 @@ def _mean_changes(
     cell_height: int,
     means: NDArray[np.float64],
 ) -> None:  # pragma: no cover - compiled
-    """Means over each cell of two pictures' change, of its square, and of the square of the first one's slope
-    by Sobel's filter; `means` is (3, rows, columns). Cells that reach beyond the picture repeat its edge."""
+    """Means over each cell of the change of two pictures, of its square, and of the squared Sobel gradient.
+
+    `means` is (3, rows, columns). Cells that extend beyond the picture repeat its edge.
+    """
     height, width = last.shape
     sums = np.empty((3, width), np.int32)  # of the pixels of a column of a row of cells
     for row in range(means.shape[1]):
@@ -84,14 +92,14 @@ def _mean_changes(
 
 
 class OwnCar:
-    """Learns the cells of the own car.
+    """Learns which cells show our own car.
 
     Args:
         grey_shape: rows and columns of the small picture.
-        cell_px: width and height of a cell, as of `fcw.motion.flow.corners.find_corners`.
+        cell_px: width and height of a cell; see `fcw.motion.flow.corners.find_corners`.
 
     Attributes:
-        cells: (cells,) which show the own car, by the numbers of the corners' cells.
+        cells: (cells,) which cells show our own car, by the indices of the corners' cells.
         rest_moves: whether the rest of the picture moved at the latest look.
     """
 
@@ -113,13 +121,13 @@ class OwnCar:
         now: NDArray[np.uint8],
         others: Sequence[Box] = (),
     ) -> None:
-        """Take two pictures that follow each other.
+        """Update with two consecutive pictures.
 
         Args:
-            time_ns: of the second.
-            last: (height, width) grey.
-            now: likewise.
-            others: where other vehicles are in them: one ahead of us at a constant gap stands as still.
+            time_ns: time of the second picture.
+            last: (height, width) the first grey picture.
+            now: (height, width) the second one.
+            others: boxes of other vehicles, as one ahead at a constant gap is just as still.
         """
         since_s = 0.0 if self._looked_ns is None else (time_ns - self._looked_ns) / 1e9
         if self._looked_ns is not None and since_s < LOOKED_S:
@@ -140,7 +148,7 @@ class OwnCar:
         self.cells = self._standing().ravel()
 
     def part_moved(self, ago: NDArray[np.uint8], now: NDArray[np.uint8]) -> float:
-        """Part of the cells beside the own car that moved between two (height, width) grey pictures."""
+        """Fraction of the cells apart from our own car that moved between two grey pictures."""
         return self._part_moved(*self._motion(ago, now))
 
     def _part_moved(self, moved_px: FloatArray, shows: NDArray[np.bool_]) -> float:
@@ -153,13 +161,14 @@ class OwnCar:
         """(rows, columns) how far each cell has moved, in pixels, and whether it shows anything."""
         changed, squared, slope = means = np.empty((3, self._rows, self._columns))
         _mean_changes(last, now, *self._cell_px, means)
-        # Of any one direction half of the slopes' squares; a change of exposure moves nothing.
+        # Half of the squared gradient is in any one direction. A change of exposure, the mean change, is no
+        # motion.
         slope /= 2 * SOBEL_SCALE**2
         change = np.maximum(squared - changed**2, 0.0)
         return np.sqrt(change / np.maximum(slope, 1e-6)), slope > PLAIN
 
     def _standing(self) -> NDArray[np.bool_]:
-        """(rows, columns) which cells are of the own car: still ones, as far from an edge as they reach."""
+        """(rows, columns) which cells show our own car: still ones that are connected to an edge."""
         looks = self._still + self._moved
         known = looks >= FEWEST_LOOKS
         still = known & (self._still > STILL_PART * looks)
@@ -168,7 +177,7 @@ class OwnCar:
         return (rows < above) | (rows >= self._rows - self._reach(still[::-1], known[::-1]))
 
     def _reach(self, still: NDArray[np.bool_], known: NDArray[np.bool_]) -> FloatArray:
-        """(columns,) how many rows the own car reaches from the first one on."""
+        """(columns,) extent of our own car in rows, from the first row on."""
         reach = np.zeros(self._columns)
         for column in range(self._columns):
             plain = 0

@@ -1,14 +1,14 @@
-"""When the pictures of a video were taken, if it repeats some of them.
+"""When the pictures of a video were taken, if their timestamps do not tell.
 
-A video of 30 pictures a second made from one of 25 shows every fifth picture twice. Its new pictures are
-shown 33 or 67 ms apart but were taken every 40 ms, so that an even speed would seem to go up and down.
+A video with 30 frames per second made from one with 25 shows every fifth picture twice. Its new pictures are
+33 or 67 ms apart, but were taken every 40 ms. A constant speed would seem to go up and down.
 
-Where a recorder lost a picture and repeats the one before instead, as converters to a constant rate do, the
-new ones are shown as unevenly, and were taken so: the one after the lost one has changed by more.
+If a recorder lost a picture and repeats the previous one instead, as converters to a constant rate do, the
+intervals are just as uneven, but right: the picture after the lost one has changed by more.
 
-Some videos, of screens that were recorded or of streams, repeat none but say of each when it arrived: 25 to
-85 ms after the one before, of pictures that were taken every 50 ms. There the pictures tell: what is farther
-apart in time has changed by more. If it has not, the times are those of a delay that varies.
+Some videos, of recorded screens or of streams, repeat none, but have the times at which pictures arrived: 25
+to 85 ms apart for pictures that were taken every 50 ms. There, the change between pictures decides. With true
+times, a longer interval comes with a larger change. If it does not, the times only show a varying delay.
 """
 
 import math
@@ -22,33 +22,34 @@ from numpy.typing import NDArray
 from fcw.camera.ground_plane import FloatArray
 
 REPEATED_CHANGE = 0.25
-"""A repeated picture's grey values change by less in the mean: by 0.02 to 0.2 in the clips looked at that
-repeat theirs. Pictures of driving changed by 0.5 and more in the others, the least by night."""
+"""Mean change of grey values below which a picture is repeated: 0.02 to 0.2 in the clips looked at that
+repeat pictures. In the others, pictures of driving changed by at least 0.5, least by night."""
 WINDOW_S = 1.0
-"""The last part of the video, which tells its pace."""
+"""Time window for determining the pace."""
 FEWEST_NEW, FEWEST_REPEATED = 6, 2
-"""New and repeated pictures that it needs."""
+"""Least numbers of new and repeated pictures in it."""
 LARGEST_SHIFT = 0.75
-"""Of the time between two shown pictures: an even pace never shows one later than that, or earlier. What
-does was not evenly taken, as where a recorder stalled; then it counts when it was shown."""
+"""Largest shift of a picture from an even pace, as a fraction of the interval between frames. Pictures with a
+larger one were not taken evenly, for example because a recorder stalled; their timestamps count."""
 DELAYS_WINDOW_S = 2.0
-"""The last part of the video, which tells whether its times are those of a varying delay."""
+"""Time window for determining whether the timestamps show a varying delay."""
 FEWEST_STEPS = 12
-"""Steps from one picture to the next that it needs."""
+"""Least number of intervals in it."""
 LEAST_UNEVENNESS = 0.2
-"""Least standard deviation of these steps, as a part of their mean."""
+"""Least standard deviation of these intervals, as a fraction of their mean."""
 LEAST_CHANGE = 1.0
-"""Least change of the grey values in the mean of a step: what stands looks the same after any time."""
+"""Least median change of grey values, because at standstill pictures look the same after any interval."""
 LARGEST_SLOPE = 0.15
-"""Of the logarithm of the change over that of the step, with two of its sigmas. Seven clips of which one, two
-or three pictures were taken by chance had 0.24 to 2.8 in each window, two with such delays -1.8 to -0.1."""
+"""Largest slope of log change over log interval, plus two sigmas, for a varying delay. Seven clips from which
+one, two or three pictures were dropped at random had 0.24 to 2.8 in each window; two with such delays, -1.8
+to -0.1."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
     time_s: float
     change: float
-    """Of the grey values in the mean, since the picture before."""
+    """Mean change of the grey values since the previous picture."""
 
     @property
     def is_new(self) -> bool:
@@ -56,18 +57,18 @@ class _Shown:
 
 
 class Pacing:
-    """Tells repeated pictures of a video from new ones, and when the new ones were taken."""
+    """Distinguishes repeated pictures from new ones, and tells when the new ones were taken."""
 
     def __init__(self) -> None:
         self._last: NDArray[np.uint8] | None = None
         self._shown: deque[_Shown] = deque()
 
     def is_new(self, time_s: float, grey: NDArray[np.uint8]) -> bool:
-        """Take the next picture that is shown.
+        """Update with the next frame; returns whether it shows a new picture.
 
         Args:
-            time_s: at which it is shown; must rise.
-            grey: (height, width) of it.
+            time_s: its timestamp; must increase.
+            grey: (height, width) the picture.
         """
         last, self._last = self._last, grey
         change = math.inf if last is None else cv2.norm(grey, last, cv2.NORM_L1) / grey.size
@@ -78,9 +79,9 @@ class Pacing:
 
     @property
     def taken_s(self) -> float:
-        """When the picture that was shown last was taken, by the even pace of the new ones before it.
+        """When the last picture was taken, by the even pace of the new ones before it.
 
-        It is the time at which it is shown if none is repeated or they have no even pace.
+        This is its timestamp if there is no even pace, or no reason to doubt the timestamps.
         """
         shown = np.array([picture.time_s for picture in self._shown])
         changes = np.array([picture.change for picture in self._shown])
@@ -101,25 +102,25 @@ class Pacing:
 
 
 def _even(times_s: FloatArray) -> FloatArray:
-    """The evenly paced times that are nearest to these."""
+    """The evenly spaced times that fit these best."""
     numbers = np.arange(len(times_s))
     pace_s, first_s = np.polyfit(numbers, times_s, 1)
     return first_s + pace_s * numbers.astype(np.float64)
 
 
 def _is_delayed(times_s: FloatArray, changes: FloatArray) -> bool:
-    """Whether pictures change as if they had been taken evenly, whatever their times (N,) say.
+    """Whether pictures change as if they had been taken evenly, whatever their timestamps.
 
     Args:
-        times_s: rising.
-        changes: (N - 1,) of the grey values from each to the next.
+        times_s: (N,) timestamps, increasing.
+        changes: (N - 1,) mean changes of the grey values from each picture to the next.
     """
     slope = _slope(times_s, changes)
     return slope is not None and slope[0] + 2 * slope[1] < LARGEST_SLOPE
 
 
 def _slope(times_s: FloatArray, changes: FloatArray) -> tuple[float, float] | None:
-    """Of the logarithm of the change over that of the step, and its 1-sigma; None where it cannot be told."""
+    """Slope of log change over log interval, and its 1-sigma; None if it cannot be determined."""
     steps_s = times_s[1:] - times_s[:-1]
     if len(steps_s) < FEWEST_STEPS:
         return None
@@ -129,7 +130,7 @@ def _slope(times_s: FloatArray, changes: FloatArray) -> tuple[float, float] | No
         return None
     if np.median(changes) < LEAST_CHANGE:
         return None
-    # By what differs between neighbours: how fast all changes drifts with the scene.
+    # By differences between neighbours, because the overall rate of change drifts with the scene.
     longer, more = np.diff(np.log(steps_s)), np.diff(np.log(changes))
     slope = (longer @ more) / (longer @ longer)
     sigma = math.sqrt(np.square(more - slope * longer).mean() / (longer @ longer))

@@ -1,4 +1,4 @@
-"""Points that are followed from one picture to the next: where they are taken, and where they went."""
+"""Points that are tracked from one picture to the next: which are chosen, and where they went."""
 
 import math
 from collections.abc import Sequence
@@ -19,18 +19,20 @@ from fcw.motion.solver import PITCH, ROAD_PITCH, ROAD_ROLL, TRAVEL, YAW
 from fcw.motion.view import RoadView
 
 VEHICLE_MARGIN = 0.15
-"""Boxes are taken so much larger, in parts of themselves: for shadows and errors of the detector."""
+"""Boxes are enlarged by this fraction on each side, for shadows and errors of the detector."""
 BACKGROUND_ABOVE = 0.004
-"""What is this little above the horizon, in units of rays, is background already."""
+"""Points at least this far above the horizon, in units of rays, are background."""
 FAR_INVERSE_DEPTH = 0.01
-"""1/m, where background is looked for in the next picture."""
+"""Inverse depth, 1/m, for which a background point is predicted in the next picture."""
 IN_PLACE_PX = 1.0
-"""A point that moved by less between two pictures is in its place."""
+"""A point that moved by less between two pictures counts as in place."""
 BONNET_REACHES_M, BEYOND_PART = 8.0, 1 / 3
-"""A bonnet that mirrors the world has the best corners, and they go nowhere: this part of the road's points
-is taken beyond it, if there are as many. A third, a half and none were tried (docs/figures/own-motion.md)."""
+"""A bonnet that mirrors the world has the best corners, but they do not move. So `BEYOND_PART` of the road's
+points are taken beyond it, if there are as many. A third, a half and none were tried
+(docs/figures/own-motion.md)."""
 PLANE_MARGIN_PX = 16
-"""How far above its highest point the road is drawn: windows of the pyramid's upper levels reach there."""
+"""Rows above the highest point of the road that are warped, too, for the windows at upper levels of the
+pyramid."""
 
 
 Places = NDArray[np.float32]
@@ -38,13 +40,13 @@ Places = NDArray[np.float32]
 
 
 class SmallPicture(NamedTuple):
-    """A picture as own motion sees it.
+    """A picture prepared for own motion.
 
     Attributes:
-        time_ns: of it.
-        grey: (height, width) of the small picture.
-        corners: of it.
-        boxes: of other vehicles, in the pixels of the whole picture.
+        time_ns: time of the picture.
+        grey: (height, width) the small grey picture.
+        corners: corners of the small picture.
+        boxes: boxes of other vehicles, in pixels of the whole picture.
     """
 
     time_ns: int
@@ -54,15 +56,15 @@ class SmallPicture(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """N points followed.
+    """N tracked points.
 
     Attributes:
-        cells: (N,) numbers of the cells of the corners.
+        cells: (N,) indices of the corners' cells.
         before: (N, 2) rays x / z and y / z in level axes, in the first picture.
-        after: (N, 2) in the second.
-        road: (N,) which are taken for road.
-        inverse_depth: (N,) 1/m, of the others a guess.
-        depth_sigma: (N,) 1-sigma of that; of the road its relative unevenness.
+        after: (N, 2) rays in the second picture.
+        road: (N,) which points are taken as road.
+        inverse_depth: (N,) inverse depth, 1/m; a guess for points off the road.
+        depth_sigma: (N,) 1-sigma of the inverse depth; relative to it for the road.
         precision: (N, 3) xx, yy and xy of the inverse covariance of `after`.
     """
 
@@ -80,13 +82,13 @@ class Flow(NamedTuple):
 
 
 class _Chosen(NamedTuple):
-    """N corners to be followed.
+    """N corners that were chosen for tracking.
 
     Attributes:
-        cells: (N,) their numbers.
-        road: (N,) which are taken for road.
-        rays: (N, 2) x / z and y / z in level axes.
-        below: (N,) 1/m of the road along them.
+        cells: (N,) indices of their cells.
+        road: (N,) which are taken as road.
+        rays: (N, 2) rays x / z and y / z in level axes.
+        below: (N,) inverse depth of the road along the rays, 1/m.
     """
 
     cells: NDArray[np.int64]
@@ -105,7 +107,7 @@ def _moved(
     pitch_rad: float,
     places: Places,
 ) -> None:  # pragma: no cover - compiled
-    """(N, 2) places of points on rays after the camera moved as the solver's unknowns `mean` say."""
+    """(N, 2) pixels of points on rays after the camera moved by the solver's unknowns `mean`."""
     sine, cosine = math.sin(pitch_rad), math.cos(pitch_rad)
     wx, wy, wz, travel, yaw, pitch = mean[0], mean[1], mean[2], mean[TRAVEL], mean[YAW], mean[PITCH]
     for i in range(len(rays)):
@@ -119,15 +121,15 @@ def _moved(
 
 
 class PointFollower:
-    """Takes points where they are of use, and follows them.
+    """Chooses useful points, and tracks them.
 
     Args:
-        camera: as calibrated, for the whole picture.
-        width_px: of the whole picture.
+        camera: the calibrated camera, for the whole picture.
+        width_px: width of the whole picture.
         settings: see `MotionSettings`.
 
     Attributes:
-        view: of the small pictures, as calibrated.
+        view: the calibrated view in the small pictures.
     """
 
     def __init__(self, camera: GroundPlaneCamera, width_px: int, settings: MotionSettings) -> None:
@@ -138,16 +140,16 @@ class PointFollower:
         self._own_car: OwnCar | None = None
 
     def small(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """A (height, width, 3) BGR picture as it is followed: grey, and smaller."""
+        """The small grey picture of a (height, width, 3) BGR picture."""
         return small_grey(image, self._factor)
 
     def picture(self, time_ns: int, grey: NDArray[np.uint8], boxes: Sequence[Box]) -> SmallPicture:
-        """A picture made ready.
+        """Prepare a picture.
 
         Args:
-            time_ns: of it.
-            grey: of `small`.
-            boxes: of other vehicles in it.
+            time_ns: time of the picture.
+            grey: the small picture, from `small`.
+            boxes: boxes of other vehicles in it.
         """
         corners = find_corners(grey, self._settings.cell_px)
         if len(self._trust) != len(corners.scores):
@@ -156,7 +158,7 @@ class PointFollower:
         return SmallPicture(time_ns, grey, corners, tuple(boxes))
 
     def find_own_car(self, last: SmallPicture, now: SmallPicture) -> None:
-        """Learn from two pictures where the own car is; no point is taken there from now on."""
+        """Learn from two pictures where our own car is visible. No points are chosen there from now on."""
         if self._own_car is not None:
             self._own_car.look(now.time_ns, last.grey, now.grey, self.small_boxes(now))
 
@@ -167,15 +169,15 @@ class PointFollower:
 
     @property
     def picture_moves(self) -> bool:
-        """Whether the picture moved lately, as a whole and whatever the points say, beside the own car."""
+        """Whether the picture apart from our own car moved recently, whatever the points show."""
         return self._own_car is not None and self._own_car.rest_moves
 
     def part_in_place(self, ago: SmallPicture, now: SmallPicture, mean: FloatArray) -> float:
-        """Part of the points of a picture that a later one shows where they were; 0 where there are none.
+        """Fraction of a picture's points that are still in place in a later one; 0 if there are none.
 
         Args:
-            ago: the first picture.
-            now: the second.
+            ago: the earlier picture.
+            now: the later picture.
             mean: (8,) expected unknowns of `fcw.motion.solver`.
         """
         cells = self._choose(ago, mean).cells
@@ -187,15 +189,15 @@ class PointFollower:
         return float((in_place & (np.linalg.norm(places_now - places, axis=1) < IN_PLACE_PX)).mean())
 
     def in_place(self, flow: Flow) -> NDArray[np.bool_]:
-        """(N,) which of N points the second picture shows where they were."""
+        """(N,) which of N points are in place in the second picture."""
         return np.linalg.norm(flow.after - flow.before, axis=1) < IN_PLACE_PX / self.view.focal_px
 
     def part_changed(self, ago: SmallPicture, now: SmallPicture) -> float:
-        """Part of the cells of a picture beside the own car that a later one shows changed."""
+        """Fraction of a picture's cells, apart from our own car, that have changed in a later one."""
         return 0.0 if self._own_car is None else self._own_car.part_moved(ago.grey, now.grey)
 
     def follow(self, last: SmallPicture, now: SmallPicture, mean: FloatArray) -> Flow:
-        """Follow the points of one picture to the next.
+        """Track the points of one picture to the next.
 
         Args:
             last: the first picture.
@@ -235,15 +237,15 @@ class PointFollower:
     def _follow_road(
         self, before: NDArray[np.uint8], after: NDArray[np.uint8], places: Places, mean: FloatArray
     ) -> tuple[Places, NDArray[np.bool_], NDArray[np.float32]]:
-        """As `_flow`, of places on the road.
+        """Like `_flow`, for points on the road.
 
-        The road of the second picture is drawn as it would look from where the first was taken, if we moved
-        as expected. What is near grows between two pictures, the more the faster we are: a window of one size
-        follows it less far than it goes, and we seem to be slower than we are.
+        The second picture's road is warped to how it would look from where the first was taken, if we moved
+        as expected. Near parts of the road grow between two pictures, the more the faster we are. Without the
+        warp, a window of fixed size is tracked less far than it moves, and we seem slower than we are.
         """
         height, width = before.shape
-        # Any four places on the road tell how all of it moves. These are where its points are: what is nearer
-        # may be behind us by the second picture.
+        # Any four points on the road determine how all of it moves. These span the rows of its points,
+        # because nearer parts may be behind us in the second picture.
         high, low = places[:, 1].min() - 1, places[:, 1].max()
         frame = np.array([(x, y) for y in (high, low) for x in (0, width - 1)], np.float32)
         rays = self.view.rays(frame)
@@ -268,10 +270,10 @@ class PointFollower:
     def _flow(
         self, before: NDArray[np.uint8], after: NDArray[np.uint8], places: Places, expected: Places
     ) -> tuple[Places, NDArray[np.bool_], NDArray[np.float32]]:
-        """Follow (N, 2) places to another picture, where they are looked for around the expected ones.
+        """Track (N, 2) points to another picture, starting from where they are expected.
 
         Returns:
-            (N, 2) where they are, (N,) whether they were found, and (N,) by how much they look different.
+            (N, 2) their positions, (N,) whether they were found, and (N,) mean differences of their windows.
         """
         settings = self._settings
         places_after, status, differences = cv2.calcOpticalFlowPyrLK(
@@ -285,24 +287,24 @@ class PointFollower:
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
         )
         found = status[:, 0] == 1
-        differences[~found] = np.inf  # else what happened to be in memory
+        differences[~found] = np.inf  # OpenCV leaves these uninitialised
         single = np.column_stack((places_after[:, 0], differences)).astype(np.float32, copy=False)
         return single[:, :2], found, single[:, 2]
 
     def learn(self, cells: NDArray[np.int64], inlying: FloatArray, dt_s: float) -> None:
-        """Remember where points keep to the motion: reflections and the own bonnet do not.
+        """Learn in which cells points are inliers. Reflections and our own bonnet are not.
 
         Args:
-            cells: (N,) of the points.
-            inlying: (N,) 0 to 1.
-            dt_s: since the step before.
+            cells: (N,) indices of the points' cells.
+            inlying: (N,) weights of the points, 0 to 1.
+            dt_s: time since the previous step.
         """
         settings = self._settings
         self._trust += (settings.first_trust - self._trust) * min(dt_s / settings.trust_lasts_s, 1.0)
         self._trust[cells] += (inlying - self._trust[cells]) * min(dt_s / settings.trust_s, 1.0)
 
     def _choose(self, picture: SmallPicture, mean: FloatArray) -> "_Chosen":
-        """The corners that are followed."""
+        """Choose the corners that are tracked."""
         settings = self._settings
         corners = picture.corners
         rays = self.view.rays(corners.places)
@@ -355,7 +357,7 @@ class PointFollower:
         )
 
     def _expected(self, rays: FloatArray, inverse_depth: FloatArray, mean: FloatArray) -> Places:
-        """(N, 2) where points are expected in the next small picture."""
+        """(N, 2) expected pixels of points in the next small picture."""
         view, places = self.view, np.empty(rays.shape, np.float32)
         _moved(
             rays, inverse_depth, mean, view.focal_px, (view.column_px, view.row_px), view.pitch_rad, places
@@ -364,6 +366,6 @@ class PointFollower:
 
 
 def _best(worth: NDArray[np.floating], which: NDArray[np.bool_], most: int) -> NDArray[np.int64]:
-    """(N,) numbers of the most worthy of some, of no more than so many."""
+    """(N,) indices of the elements with the largest worth among some, at most `most`."""
     index = np.flatnonzero(which)
     return index if len(index) <= most else index[np.argpartition(-worth[index], most)[:most]]

@@ -1,14 +1,14 @@
-"""Own speed by the road as a whole, where none of its points can be followed.
+"""Own speed from the road as a whole, if its points cannot be tracked.
 
-In compressed video a road has hardly a corner. What it shows of dashes, patches, cracks and shadows still
-comes nearer as one picture. A strip of the road ahead is seen from above in both pictures of a step; what
-stands in it (solid lines, the own bonnet, what the codec repeats) is taken away; and the shift along the road
-under which the two correlate is the way driven. One pair tells little: a grid of speeds gathers what pairs
-tell.
+In compressed video, a road has hardly any corners. But its dashes, patches, cracks and shadows still move as
+a whole. A strip of the road ahead is warped to the view from above in both pictures of a step. Everything
+stationary in it is subtracted (solid lines, our own bonnet, blocks that the codec repeats). The shift along
+the road at which the two correlate is the distance driven. A single pair tells little, so a grid of speeds
+accumulates the evidence of many.
 
-What stands and was not yet learnt to stand (a reflection that drifts, a solid line in a bend, the codec's
-blocks) outweighs a faint road. But it correlates backwards as well as ahead. Where the correlation tells
-nothing, what is left of it less its mirror image is asked as well.
+Something stationary that was not yet learned as such (a drifting reflection, a solid line in a bend, the
+codec's blocks) may outweigh a faint road. But it correlates backwards as well as forwards. So the correlation
+minus its mirror image is used as well if the correlation itself gives no speed.
 """
 
 import functools
@@ -27,32 +27,32 @@ from fcw.motion.flow.speed_grid import ACCELERATION_MPS2, LEAST_CORRELATION, SPE
 from fcw.motion.view import RoadView
 
 STEP_M, ROWS, NEAREST_M, HALF_WIDTH_M = 0.1, 90, 4.5, 3.0
-"""Of the strip: its resolution, its length in steps, where it begins, and half of its width."""
+"""Resolution of the strip, its length in steps, where it begins, and half of its width."""
 COLUMNS = 2 * round(HALF_WIDTH_M / STEP_M) + 1
 MIDDLE_M = NEAREST_M + STEP_M * ROWS / 2
 CORNERS = np.array([(0, 0), (ROWS - 1, 0), (ROWS - 1, COLUMNS - 1), (0, COLUMNS - 1)], np.float32)
-"""Row and column of the corners of the strip; columns grow to the left."""
+"""Row and column of the corners of the strip; columns increase to the left."""
 CORNERS_M = (NEAREST_M, -HALF_WIDTH_M) + STEP_M * CORNERS.astype(np.float64)
-"""Where these corners are: ahead of the camera, and to the left."""
+"""Positions of these corners: ahead of the camera, and to the left."""
 FINER = 4
-"""Shifts that are tried for each row: at 5 m/s and 15 pairs a second the road comes only three rows
-nearer."""
+"""Number of shifts tried per row, because at 5 m/s and 15 pairs per second the road moves by only three
+rows."""
 OVERLAP_ROWS = 30
-"""Rows of the strip that both pictures must show."""
+"""Least number of rows of the strip that both pictures must share."""
 AROUND_STEPS = (11, 9)
-"""Length and width of the surroundings whose brightness is taken away."""
+"""Length and width of the surroundings whose mean brightness is subtracted."""
 LARGEST_CONTRAST = 20.0
-"""In grey values; larger ones are cut to this, or one reflection would rule."""
+"""Larger differences of grey values are clipped to this, so that one reflection cannot dominate."""
 STANDS_S = 0.4
-"""Time in which what stands is learnt."""
+"""Time constant with which stationary parts are learned."""
 SLOWEST_MPS = 4.0
-"""At a lower speed the road hardly moves against what is learnt to stand."""
+"""Below this speed, the road hardly moves relative to what is learned as stationary."""
 SLOWEST_LESS_BACKWARDS_MPS = 9.0
-"""At a lower speed the correlation of the road backwards reaches into that ahead."""
+"""Below this speed, the backward correlation of the road overlaps the forward one."""
 ERROR_PART, ERROR_MPS = 0.07, 0.3
-"""1-sigma of what slopes and pitching leave in it."""
+"""1-sigma of the error that slopes and pitching leave, relative and absolute."""
 KNOWN_PART = 0.2
-"""The speed is known while its 1-sigma is less than this part of it."""
+"""The speed is known while its 1-sigma is less than this fraction of it."""
 
 
 class RoadPair(NamedTuple):
@@ -60,11 +60,11 @@ class RoadPair(NamedTuple):
 
     Attributes:
         greys: the small pictures, (height, width).
-        views: of the road in each.
-        yaw_rad: of the camera, to the left of the direction of travel.
-        turned_rad: to the left, from the first to the second.
-        boxes: of vehicles in the small pictures.
-        dt_s: from the first to the second.
+        views: view of the road in each.
+        yaw_rad: yaw of the camera, to the left of the direction of travel.
+        turned_rad: rotation to the left from the first to the second.
+        boxes: boxes of vehicles in the small pictures.
+        dt_s: time from the first to the second.
     """
 
     greys: tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -76,24 +76,24 @@ class RoadPair(NamedTuple):
 
 
 class RoadPlane:
-    """Gathers what pairs of pictures tell of the speed.
+    """Accumulates evidence on the speed from pairs of pictures.
 
-    Its settings were looked at on the clips of docs/figures/own-motion.md.
+    Its settings were chosen while looking at the clips of docs/figures/own-motion.md.
     """
 
     def __init__(self) -> None:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Start anew."""
         self._grid, self._grid_less_backwards = SpeedGrid(SLOWEST_MPS), SpeedGrid(SLOWEST_LESS_BACKWARDS_MPS)
         self._stands: NDArray[np.float32] | None = None
         self._since_s = 0.0
         self._told: Gaussian | None = None
 
     def look(self, pair: RoadPair) -> None:
-        """Take two pictures."""
-        # What is d ahead goes to the right by d times the angle that we turn to the left.
+        """Update with two pictures."""
+        # A point at distance d moves to the right by d times the angle by which we turn to the left.
         before = _strip(pair.greys[0], pair.views[0], pair.yaw_rad - pair.turned_rad, pair.boxes)
         now = _strip(pair.greys[1], pair.views[1], pair.yaw_rad, pair.boxes)
         if self._stands is None:
@@ -111,21 +111,24 @@ class RoadPlane:
         ]
         if told:
             self._told, correlation = told[0]
-            # A grid remembers for a second what is not seen any more, and knows nothing of our braking since.
+            # A grid remembers for a second, without our braking since. Only a speed that is seen now is
+            # fresh.
             if float(np.interp(self._told.value, SPEEDS_MPS, correlation)) > LEAST_CORRELATION:
                 self._since_s = 0.0
 
     def speed_mps(self, height_m: float, pitch_sigma_rad: float) -> Gaussian | None:
-        """The speed; None where it is not known. What was seen last decays.
+        """The speed; None when unknown. The last one is kept with a growing sigma.
 
         Args:
-            height_m: of the camera.
-            pitch_sigma_rad: 1-sigma of its pitch against the road: the scale of the strip hangs on it.
+            height_m: height of the camera.
+            pitch_sigma_rad: 1-sigma of its pitch relative to the road, which the scale of the strip depends
+                on.
         """
         if self._told is None:
             return None
         mean_mps = self._told.value
-        # A row shows d^2 / (focal length * height) of the road, which is wrong by 2 d / height a radian.
+        # A row covers d^2 / (focal length * height) of the road, a scale that changes by 2 d / height per
+        # radian.
         part = math.hypot(ERROR_PART, 2 * MIDDLE_M / height_m * pitch_sigma_rad)
         grown_mps = math.hypot(self._told.sigma, ACCELERATION_MPS2 * self._since_s)
         sigma_mps = math.hypot(part * mean_mps, grown_mps, ERROR_MPS)
@@ -135,7 +138,7 @@ class RoadPlane:
 def _strip(
     grey: NDArray[np.uint8], view: RoadView, yaw_rad: float, boxes: Sequence[Box]
 ) -> NDArray[np.float32]:
-    """(COLUMNS, ROWS) the road from above, less the brightness around; 0 where it is not seen."""
+    """(COLUMNS, ROWS) the road from above, minus the mean brightness around; 0 where it is not seen."""
     seen = np.zeros(grey.shape, np.uint8)
     seen[1:-1, 1:-1] = 1
     for box in boxes:
@@ -154,13 +157,10 @@ def _strip(
 def _by_speed(
     before: NDArray[np.float32], now: NDArray[np.float32], dt_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """(speeds,) correlation of two strips if we drive so fast: ahead, and backwards.
-
-    It is 0 where they share too little.
-    """
+    """(speeds,) forward and backward correlation of two strips at each speed; 0 with too little overlap."""
     rows = np.arange(ROWS - OVERLAP_ROWS)
     product = np.fft.rfft(before, 2 * ROWS) * np.conj(np.fft.rfft(now, 2 * ROWS))
-    # Zeros beyond the spectrum interpolate between whole rows.
+    # Zero padding of the spectrum interpolates between whole rows.
     common = FINER * np.fft.irfft(product.sum(axis=0), FINER * 2 * ROWS)
     of_before = np.cumsum(np.square(before).sum(axis=0)[::-1])[::-1][rows]
     of_now = np.cumsum(np.square(now).sum(axis=0))[ROWS - 1 - rows]

@@ -1,8 +1,9 @@
-"""Whether pictures show enough to find vehicles in them: how sharp they are, and how much stands out.
+"""Whether pictures show enough to find vehicles in them: how sharp they are, and how much contrast they have.
 
-How blurred an edge is shows when it is blurred once more: by a sigma of a, its steepness falls to
-s / sqrt(s^2 + a^2) of what it was if its own sigma is s, whatever its contrast (Zhuo & Sim 2011, "Defocus map
-estimation from a single image"). Of a picture the steepest edges count, which are the sharpest things in it.
+The blur of an edge is measured by blurring it once more. With a sigma of a, the steepness falls to s /
+sqrt(s^2 + a^2) of what it was, where s is the edge's own sigma, whatever its contrast (Zhuo & Sim 2011,
+"Defocus map estimation from a single image"). The steepest edges of a picture are used, as they are the
+sharpest things in it.
 """
 
 import math
@@ -15,50 +16,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROWS = (0.4, 0.7)
-"""Parts of the height between which is looked: about the horizon, where vehicles are. Own bonnets are below
-it mostly, and so is what recorders write into the picture, which is sharp however the rest is."""
+"""First and last row that are used, as fractions of the height: about the horizon, where vehicles are. Our
+bonnet is mostly below, and so is text written by recorders, which is sharp however blurred the rest is."""
 LINES, WIDTH = 40, 640
-"""About so many rows are looked at, of pictures made smaller by a whole factor to about this width."""
+"""About this many rows are used, of pictures reduced by a whole factor to about this width."""
 EDGES_PART, FEWEST_EDGES = 0.004, 20
-"""The steepest edges, so many for each pixel, tell how sharp the picture is."""
+"""Number of steepest edges per pixel that determine the sharpness, and the least number of edges."""
 CONTRAST_PART = 0.001
-"""So many of the pixels are on what stands out."""
+"""Fraction of the pixels, the steepest ones, that determine the contrast."""
 AGAIN_PX = 1.0
 """Sigma by which edges are blurred once more."""
 WHITE = 250
+"""Grey value from which a pixel is white."""
 QUARTILE_SIGMAS = 0.3186
-"""A quarter of a Gaussian's values are nearer to its mean than so many sigmas."""
+"""A quarter of a Gaussian's values are closer to its mean than this many sigmas."""
 
 STEP_NS = 500_000_000
+"""Time between two looks."""
 LOOKS, FEWEST_LOOKS = 5, 3
-"""The median of so many counts: not a wiper, nor the shadow of a bridge."""
+"""The median of this many looks counts, so that a wiper or the shadow of a bridge does not."""
 MOST_BLUR, LEAST_CONTRAST, LEAST_OVER_NOISE, MOST_WHITE = 1.3 / WIDTH, 9.0, 3.0, 0.5
-"""Beyond these a picture is soft, as a part of its width; dark or faint, in grey values a pixel, or in sigmas
-of its noise; overexposed.
+"""Limits beyond which a picture is soft (blur as a fraction of its width), dark or faint (contrast in grey
+values per pixel, or in sigmas of its noise), or overexposed (fraction of white pixels).
 
-There a fifth to a third of the small vehicles are lost that the net finds in the same pictures unspoilt
-(docs/figures/sight.md).
+Beyond them, a fifth to a third of the small vehicles are lost that the net finds in the same pictures
+undegraded (docs/figures/sight.md).
 """
 RELEASED = {"blur": 0.9, "contrast": 1.3, "white": 0.8}
-"""What was said is said until it is better than the limits times these."""
+"""A note is withdrawn once the value is better than the limit times these factors."""
 DARK_BELOW = 60.0
-"""Median grey value."""
+"""Median grey value below which a picture without contrast counts as dark instead of faint."""
 LOST_SIGMAS, CAR_HEIGHT_M = 14.0, 1.5
-"""Half of the vehicles so many sigmas of the blur high are lost, on cameras that are new to the net; of those
-that it learnt from 10 to 12.5, whichever is left out."""
+"""Half of the vehicles whose height is this many sigmas of the blur are lost, on cameras that are new to the
+net; on those that it was trained on, 10 to 12.5, whichever is left out."""
 TOLD_STEP_M = 5
-"""The distance at which half are lost is known to a tenth or so; in finer steps the words would flicker."""
+"""The distance at which half are lost is rounded to this. It is known to about a tenth, and finer steps would
+flicker."""
 
 
 class Look(NamedTuple):
-    """What one picture is like.
+    """Properties of one picture.
 
     Attributes:
-        blur: 1-sigma of its sharpest edges, as a part of its width; NaN where there are too few edges.
-        contrast: how steep what stands out is, in grey values a pixel of the small picture.
+        blur: 1-sigma of its sharpest edges, as a fraction of its width; NaN if there are too few edges.
+        contrast: slope at its steepest pixels, in grey values per pixel of the small picture.
         brightness: median grey value.
-        white: part that is white.
-        noise: 1-sigma of it, in grey values.
+        white: fraction of white pixels.
+        noise: 1-sigma of the noise, in grey values.
     """
 
     blur: float
@@ -69,7 +73,7 @@ class Look(NamedTuple):
 
 
 class PoorSight(Enum):
-    """Why vehicles are missed; the value is what is said of it first."""
+    """Why vehicles are missed; the value is the beginning of the note."""
 
     SOFT = "soft picture"
     DARK = "dark picture"
@@ -89,8 +93,8 @@ class SightWatch:
     """Tells when the pictures of a drive show too little.
 
     Args:
-        focal_part: focal length over the width of the picture; None where it is unknown, and from which
-            distance on cars are missed is not told.
+        focal_part: focal length over the width of the picture; None when unknown, in which case the note does
+            not tell from which distance on cars are missed.
     """
 
     def __init__(self, focal_part: float | None = None) -> None:
@@ -101,10 +105,10 @@ class SightWatch:
         self._note = ""
 
     def see(self, time_ns: int, image: NDArray[np.uint8]) -> str:
-        """Take the next picture, (height, width, 3) BGR.
+        """Update with the next picture, (height, width, 3) BGR.
 
         Returns:
-            What to tell by now; empty where enough can be seen.
+            The present note; empty if enough can be seen.
         """
         if self._next_ns is None or time_ns >= self._next_ns:
             self._next_ns = time_ns + STEP_NS
@@ -127,11 +131,11 @@ class SightWatch:
 
 
 def poor_sight(look: Look, before: PoorSight | None = None) -> PoorSight | None:
-    """Why too little can be seen in pictures like this; None where enough can be.
+    """Why too little can be seen in such pictures; None if enough can be seen.
 
     Args:
-        look: what they are like.
-        before: what was said of those before.
+        look: properties of the pictures.
+        before: the reason given for the previous pictures, which is kept for a little longer.
     """
 
     def limit(value: float, name: str, *kinds: PoorSight) -> float:
@@ -148,7 +152,7 @@ def poor_sight(look: Look, before: PoorSight | None = None) -> PoorSight | None:
 
 
 def look_at(image: NDArray[np.uint8]) -> Look:
-    """What a picture, (height, width, 3) BGR, is like, by its green, which is most of the brightness."""
+    """Properties of a (height, width, 3) BGR picture, by its green, which is most of the brightness."""
     height, width = image.shape[:2]
     first, last = (int(part * height) for part in ROWS)
     factor = max(round(width / WIDTH), 1)

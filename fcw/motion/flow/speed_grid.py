@@ -1,4 +1,4 @@
-"""A grid of speeds that gathers what pairs of pictures tell of one.
+"""A grid of speeds that accumulates the evidence of pairs of pictures.
 
 A histogram filter (Thrun, Burgard & Fox 2005, "Probabilistic Robotics", section 4.1).
 """
@@ -12,29 +12,30 @@ from fcw.camera.ground_plane import FloatArray
 
 SPEEDS_MPS = np.arange(0.0, 52.0, 0.5)
 FASTEST_MPS = 47.0
-"""Faster is the end of the grid."""
+"""Faster speeds are too close to the end of the grid."""
 ACCELERATION_MPS2 = 3.0
 WALK_MPS = 0.7
-"""1-sigma of the change of a speed in the root of a second: it grows alike at every rate of the pairs.
+"""Random walk of the speed: 1-sigma after one second, whatever the rate of the pairs.
 
-As much as it was at 12 to 15 pairs a second when it hung on the rate and the settings here were chosen.
+When the settings here were chosen it depended on the rate; this is its value at 12 to 15 pairs per second.
 """
 WEIGHT_PER_S = 400.0
-"""Of a correlation of 1, in the logarithm of the odds."""
+"""Log odds per second of a correlation of 1."""
 REMEMBERED_S = 1.0
+"""Time constant with which evidence is forgotten."""
 LEAST_CORRELATION = 0.2
-"""In the mean over `REMEMBERED_S`. Below are speeds found by chance."""
+"""Least mean correlation over `REMEMBERED_S`. Below it, a speed may be found by chance."""
 SURE_PART, SURE_MPS = 0.08, 0.4
-"""The grid tells a speed while its 1-sigma is less than this part of it, or less than this."""
+"""The grid has found a speed while its 1-sigma is less than the first, as a fraction of it, or the second."""
 LASTS_S = 0.6
-"""Time for which it must have told a speed before that is believed."""
+"""A speed must have been found for this long before it is used."""
 
 
 class SpeedGrid:
-    """What is believed of a speed.
+    """Probability distribution of a speed on a grid.
 
     Args:
-        slowest_mps: a slower one is not told.
+        slowest_mps: slower speeds are not reported.
     """
 
     def __init__(self, slowest_mps: float) -> None:
@@ -44,11 +45,11 @@ class SpeedGrid:
         self._lasted_s = 0.0
 
     def update(self, correlation: FloatArray, dt_s: float) -> Gaussian | None:
-        """Take what a pair of pictures tells, and say what is believed then; None where that is not sure.
+        """Update with a pair of pictures, and return the speed; None if it is not certain.
 
         Args:
-            correlation: (speeds,) of the two pictures if we drive so fast, at most 1.
-            dt_s: since the pair before.
+            correlation: (speeds,) correlation of the two pictures at each speed, at most 1.
+            dt_s: time since the previous pair.
         """
         lasting = math.exp(-dt_s / REMEMBERED_S)
         self._log_odds = _spread(lasting * self._log_odds, WALK_MPS * math.sqrt(dt_s))
@@ -69,10 +70,10 @@ class SpeedGrid:
 
 
 def _spread(log_odds: FloatArray, sigma_mps: float) -> FloatArray:
-    """What is believed of the speed after it may have changed by so much.
+    """The distribution after a random change of the speed.
 
-    The kernel is the discrete Gaussian (Lindeberg 1990), made from its Fourier transform: its variance is
-    right however narrow it is.
+    The kernel is the discrete Gaussian (Lindeberg 1990), made from its Fourier transform, whose variance is
+    exact however narrow it is.
     """
     reach, step_mps = 4, SPEEDS_MPS[1] - SPEEDS_MPS[0]
     waves = np.linspace(0.0, math.pi, 4 * reach + 1)

@@ -1,13 +1,13 @@
-"""Whether the picture is still that of a second ago.
+"""Whether the picture is still the same as a second ago.
 
-From one picture to the next a heavily compressed video may repeat nearly all of it while we drive, and drops
-on the windscreen stand at any speed. A second later most of the codec's blocks have been drawn anew, and
-beside the drops all is another. What stands, stands for long.
+From one picture to the next, a heavily compressed video may repeat nearly everything while we drive, and
+drops on the windscreen are stationary at any speed. But a second later, most of the codec's blocks have been
+updated, and everything beside the drops has changed. If we stand, the picture stays the same for long.
 
-The limits were set while looking at four clips of standing cameras, six of driving ones made so poor that
-they seemed to stand, and one through drops. A second later 59 to 85 % of the corners of the first were in
-their place, in the median, and of the poor ones 1 to 33 %; of the drops' 58 %, but there 90 % of the cells
-had changed, of the standing ones' 26 to 37 %.
+The limits were set while looking at four clips of standing cameras, six of driving ones that were degraded
+until they seemed to stand, and one through drops. A second later, a median of 59 to 85 % of the corners of
+the standing ones were in place, 1 to 33 % of the degraded ones, and 58 % of those with drops; but with drops
+90 % of the cells had changed, compared with 26 to 37 % of the standing ones.
 """
 
 from collections import deque
@@ -16,21 +16,20 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.motion.flow.points import PointFollower, SmallPicture
 
 AGO_NS, SOON_NS = 1_000_000_000, 300_000_000
-"""The picture is compared with one of a second ago, or with a later one if there is none yet."""
+"""The picture is compared with one a second ago or, if there is none yet, with one at least `SOON_NS` ago."""
 KEPT_NS = 200_000_000
-"""Time between two pictures that are kept, and between two comparisons."""
+"""Time between two stored pictures, and between two comparisons."""
 IN_PLACE_PART, SOON_IN_PLACE_PART = 0.5, 0.9
-"""A picture stands if at least this part of its corners is in place; the second part is for a picture of less
-than a second ago."""
+"""Least fraction of corners in place for a picture to be still; the second is for less than a second."""
 CHANGED_PART, SOON_CHANGED_PART = 0.65, 0.25
-"""Largest part of its cells that may have changed, likewise."""
+"""Largest fraction of cells that may have changed; the second is for less than a second."""
 
 
 class Stillness:
-    """Tells whether pictures stand for a second.
+    """Tells whether the picture has been still for a second.
 
     Args:
-        follower: of their points.
+        follower: tracks the points of the pictures.
     """
 
     def __init__(self, follower: PointFollower) -> None:
@@ -40,7 +39,7 @@ class Stillness:
         self._lasts = False
 
     def keep(self, picture: SmallPicture, moves: bool) -> None:
-        """Take a picture; `moves` where it is known that we drive."""
+        """Update with a picture; `moves` tells whether we are known to drive."""
         if moves:
             self._kept.clear()
             self._moved_ns = picture.time_ns
@@ -50,12 +49,12 @@ class Stillness:
                 self._kept.popleft()
 
     def lasts(self, picture: SmallPicture, mean: FloatArray) -> bool:
-        """Whether a picture after those that were kept is still that of a second ago.
+        """Whether a picture is still the same as a second ago.
 
-        Where it was known then that we drove it is not asked; where the drive had not begun it is not known.
+        True without a comparison if we were known to drive then. False if the drive has only just begun.
 
         Args:
-            picture: that one.
+            picture: the present picture.
             mean: (8,) expected unknowns of `fcw.motion.solver`.
         """
         if picture.time_ns - self._moved_ns < AGO_NS:

@@ -1,1 +1,1 @@
-"""Where straight driving leads to."""
+"""The direction of travel: the point in the picture that straight driving leads to."""

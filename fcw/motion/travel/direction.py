@@ -1,12 +1,13 @@
-"""Where straight driving leads to, by all pictures of a clip together.
+"""The direction of travel, estimated from many pictures of a clip together.
 
-Everything that stands flows out of that point, however far away it is. It is looked for on a grid of
-directions: pairs of pictures say how likely each of them is, and the clip's pairs are taken together. So no
-guess of the camera's pitch is needed, and no mode is missed because another one was nearer to a guess.
+Every standing object flows away from that point (the focus of expansion), however far away it is. The point
+is searched for on a grid of directions: pairs of pictures give the likelihood of each, and all pairs are
+combined. So no guess of the camera's pitch is needed, and no mode is missed because another one was closer to
+a guess.
 
-What one pair says is not independent of what the next one says, and some pairs are astray: we turn, or a
-lorry fills the picture. So pairs count little, some seconds of them may be wrong, and how sure the result is
-follows from how it changes with the seconds that are drawn (the bootstrap, Efron 1979).
+Consecutive pairs are not independent, and some pairs are wrong because we turn, or a lorry fills the picture.
+So each pair has a small weight, some seconds may be wrong, and the uncertainty is found by resampling the
+seconds (the bootstrap, Efron 1979).
 """
 
 import math
@@ -22,44 +23,48 @@ from fcw.motion.travel.likelihood import log_likelihoods
 from fcw.motion.travel.tracks import FollowedPoints
 
 PAIR_S = 0.3
-"""Between the pictures of a pair."""
+"""Time between the pictures of a pair."""
 LONGEST_PAIR_S = 2 * PAIR_S
 FEWEST_POINTS, MOST_POINTS = 30, 150
 MOVING_PX, MOVING_PART = 1.0, 0.4
-"""We drive where so large a part of the points moves by so much between the pictures of a pair. On 20 clips
-it was 0.44 and more while we drive and 0.36 and less while we stand and others pass."""
+"""We drive if at least this fraction of the points moves by at least this much between the pictures of a
+pair. On 20 clips, the fraction was at least 0.44 while driving, and at most 0.36 while standing with others
+passing."""
 STILL_PX = 0.5
-"""What moves by less then is on the own car, on the glass, or tells nothing."""
+"""Points that move by less while we drive are on our own car or the windscreen, or tell nothing."""
 FASTEST_TURN_RADPS = math.radians(3.0)
-"""Who turns faster goes aside as well, ahead of the rear axle: by 2 degrees at 7 m/s. What stands to the left
-goes left as fast as what stands to the right goes right, so the median of all is how the picture turns."""
+"""In a faster turn the camera, which is ahead of the rear axle, also moves sideways: by 2 degrees at 7 m/s.
+The median flow of all points is the rotation, because objects on the left move left as fast as those on the
+right move right."""
 LARGEST_ASIDE_RAD = math.radians(2.0)
-"""A column that is less sure is none: cameras that are put up by eye look ahead to that."""
+"""A column with a larger 1-sigma is not used, as cameras mounted by eye look ahead that well."""
 TURN_SIGMAS_RADPS = np.radians((0.6, 8.0, 1.5))
-"""How fast a car pitches, yaws and rolls."""
+"""1-sigmas of a car's pitch, yaw and roll rates."""
 COARSE_STEP_RAD = math.radians(1.5)
 COARSE_RAD = COARSE_STEP_RAD * np.arange(-12, 13)
-"""Directions that are looked at first, to the right of the camera's axis and below it."""
+"""Directions of the coarse grid, to the right of the camera's axis and below it."""
 COARSE_SIGMA_PX, FINE_SIGMA_PX = 1.0, 0.7
-"""Of a point's movement across its way, in the small picture: the coarse grid must miss nothing between."""
+"""1-sigma of a point's motion across its direction, in the small picture; wider for the coarse grid, which
+must not miss a mode between two of its directions."""
 FINE_RAD, FINE_STEP_RAD = math.radians(4.0), math.radians(0.5)
-"""Then those around the best of them: how far to each side, and in which steps."""
+"""Half width and step of the fine grid around the best coarse direction."""
 POINTS_AS_ONE = 16.0
-"""This many points tell as much as one: neighbours are followed wrongly together. With 8 two halves of a clip
-differed by 1.3 of their sigmas, with 16 by 0.9."""
+"""This many points count as one, because the errors of neighbours are correlated. With 8, two halves of a
+clip differed by 1.3 of their sigmas; with 16, by 0.9."""
 BLOCK_S = 1.5
 ASTRAY_BLOCKS = 0.1
-"""Part of the blocks of so many seconds that tell nothing true."""
+"""Length of the blocks into which a clip is divided, and the fraction of them that may be wrong."""
 FEWEST_PAIRS = 4
 DRAWS = 60
+"""Number of bootstrap samples."""
 LARGEST_SIGMA_RAD = math.radians(1.0)
-"""Of the row: what is less sure is no better than what is believed of every camera."""
+"""A row with a larger 1-sigma is not used, as it tells no more than the prior of any camera."""
 SLOPE_SIGMA_RAD = math.radians(0.25)
-"""The road ahead is not level with the direction of travel, averaged over a clip."""
+"""1-sigma of the angle between the road ahead and the direction of travel, averaged over a clip."""
 
 
 class _Pair(NamedTuple):
-    """Two pictures: when the first was taken, the time between them, their points' rays, whether we turn."""
+    """A pair of pictures: time of the first, time between them, rays of their points, and whether we turn."""
 
     time_s: float
     dt_s: float
@@ -69,11 +74,11 @@ class _Pair(NamedTuple):
 
 
 class TravelDirection:
-    """Finds where straight driving leads to, picture by picture.
+    """Estimates the direction of travel, picture by picture.
 
     Args:
-        camera: whose focal length and axis are taken for granted; its pitch is not asked for.
-        factor: by which the pictures in which points are followed are smaller than the whole ones.
+        camera: its focal length and axis are used, but not its pitch.
+        factor: reduction factor of the pictures in which points are tracked.
     """
 
     def __init__(self, camera: GroundPlaneCamera, factor: int) -> None:
@@ -88,11 +93,11 @@ class TravelDirection:
 
     @property
     def driven_s(self) -> float:
-        """For how long we were seen to drive."""
+        """Total time for which we were seen to drive."""
         return sum(pair.dt_s for pair in self._pairs)
 
     def between(self, begin_s: float, end_s: float) -> "TravelDirection":
-        """What the pictures from one time to another tell alone."""
+        """An estimator with only the pictures from one time to another."""
         part = TravelDirection(self._camera, self._factor)
         part._pairs = [
             pair for pair in self._pairs if begin_s <= pair.time_s and pair.time_s + pair.dt_s <= end_s
@@ -100,11 +105,11 @@ class TravelDirection:
         return part
 
     def update(self, points: FollowedPoints, boxes: Sequence[Box]) -> None:
-        """Take the points of a picture.
+        """Update with the points of a picture.
 
         Args:
-            points: of it; times rise.
-            boxes: of vehicles in the whole picture.
+            points: its points; times must increase.
+            boxes: boxes of vehicles in the whole picture.
         """
         first = self._first
         if first is not None and points.time_s - first.time_s < PAIR_S - 1e-6:
@@ -116,7 +121,7 @@ class TravelDirection:
         self._first, self._first_boxes = points, boxes
 
     def _pair(self, first: FollowedPoints, second: FollowedPoints) -> _Pair | None:
-        """None where too few points are in both, or the car stands."""
+        """Make a pair; None if too few points are in both pictures, or if we stand."""
         _, here, there = np.intersect1d(first.numbers, second.numbers, return_indices=True)
         before, after = first.places[here].astype(np.float64), second.places[there].astype(np.float64)
         kept = np.ones(len(before), bool)
@@ -138,9 +143,9 @@ class TravelDirection:
         return _Pair(first.time_s, dt_s, rays[0], rays[1], turns)
 
     def told(self) -> tuple[Gaussian | None, Gaussian] | None:
-        """Column and row in the whole picture; None where the pictures do not show the row.
+        """Column and row in the whole picture; None if the pictures do not determine the row.
 
-        Where they do not show the column alone (we turn all the time), that is None.
+        Only the column is None if we turn all the time.
         """
         coarse = np.tan(COARSE_RAD)
         if len(self._pairs) < FEWEST_PAIRS:
@@ -149,7 +154,7 @@ class TravelDirection:
         rows = _around(coarse, _best(blocks.sum(axis=2)))
         if rows is None:
             return None
-        # In a bend each block leads to another column, all to the same row.
+        # In a bend, each block has another column, but all have the same row.
         row = self._mean(self._blocks(self._pairs, coarse, rows, FINE_SIGMA_PX).sum(axis=2), rows)
         if row.sigma > LARGEST_SIGMA_RAD:
             return None
@@ -158,7 +163,7 @@ class TravelDirection:
         return column_px, self._place(row, camera.principal_row_px)
 
     def _column(self, rows: FloatArray) -> Gaussian | None:
-        """The ray to the side, by the pictures in which we do not turn."""
+        """The horizontal direction, from pairs in which we do not turn."""
         straight = [pair for pair in self._pairs if not pair.turns]
         if len(straight) < FEWEST_PAIRS:
             return None
@@ -177,7 +182,7 @@ class TravelDirection:
     def _blocks(
         self, pairs: Sequence[_Pair], columns: FloatArray, rows: FloatArray, sigma_px: float
     ) -> FloatArray:
-        """(blocks, rows, columns) how probable each block makes each direction."""
+        """(blocks, rows, columns) probability of each direction by each block."""
         directions = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
         likelihoods = np.array(
             [
@@ -199,7 +204,7 @@ class TravelDirection:
         return np.array([_probability(block) for block in told]).reshape(-1, len(rows), len(columns))
 
     def _mean(self, blocks: FloatArray, rays: FloatArray) -> Gaussian:
-        """What blocks say together, by (blocks, rays) probabilities, and how far it hangs on the blocks."""
+        """Mean by all blocks' (blocks, rays) probabilities, with a sigma from resampling the blocks."""
         logs, count = _logs(blocks), len(blocks)
         probability = _probability(logs.sum(axis=0))
         mean = float(probability @ rays)
@@ -207,7 +212,7 @@ class TravelDirection:
             _probability(logs[draw].sum(axis=0)) @ rays
             for draw in self._random.integers(count, size=(DRAWS, count))
         ]
-        # Draws from few blocks differ too little, and nothing is known better than the steps of the grid.
+        # Samples of few blocks vary too little, and nothing is known better than the step of the grid.
         by_draws = float(np.var(drawn)) * count / (count - 1) + float(rays[1] - rays[0]) ** 2 / 12
         return Gaussian(mean, math.sqrt(float(probability @ (rays - mean) ** 2) + by_draws))
 
@@ -218,17 +223,17 @@ def _probability(logs: FloatArray) -> FloatArray:
 
 
 def _logs(blocks: FloatArray) -> FloatArray:
-    """Logarithms of (blocks, rays) probabilities, of which each block may be astray."""
+    """Logarithms of (blocks, rays) probabilities, allowing for blocks that are wrong."""
     return np.log((1 - ASTRAY_BLOCKS) * blocks + ASTRAY_BLOCKS / blocks.shape[1])
 
 
 def _best(blocks: FloatArray) -> int:
-    """Which ray is likeliest, by (blocks, rays) probabilities."""
+    """Index of the likeliest ray, given (blocks, rays) probabilities."""
     return int(_logs(blocks).sum(axis=0).argmax())
 
 
 def _around(rays: FloatArray, best: int) -> FloatArray | None:
-    """Rays in finer steps around one of them; None of one at an end."""
+    """Rays in finer steps around one of them; None if it is the first or the last."""
     if best in (0, len(rays) - 1):
         return None
     return np.tan(math.atan(rays[best]) + np.arange(-FINE_RAD, FINE_RAD + FINE_STEP_RAD / 2, FINE_STEP_RAD))

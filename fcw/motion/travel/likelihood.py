@@ -1,13 +1,13 @@
-"""How likely two pictures are, for every direction of travel that they may have been driven in.
+"""Likelihood of the motion between two pictures, for each of several directions of travel.
 
 A camera that drives towards the ray e and turns by w sees a point on the ray q = (x, y, 1) move by
 
     A(q) w + r (q - e),    r > 0
 
-(Longuet-Higgins & Prazdny 1980): away from e, by an amount that hangs on how near the point is, and besides
-by what the turn alone makes of its place. So what is left of a movement without the turn points away from e;
-across that, it is noise. For each e the turn is found under which that noise is least, by weights of Geman &
-McClure (1987).
+(Longuet-Higgins & Prazdny 1980). The second term points away from e, by an amount that depends on the
+distance of the point; the first is the effect of the rotation. So without the rotation, the motion of a point
+is away from e, and any motion across that direction is noise. For each e, the rotation that minimises this
+noise is found, with Geman-McClure weights (1987).
 """
 
 import math
@@ -18,13 +18,13 @@ from fcw.camera.ground_plane import FloatArray
 from fcw.kernels.jit import kernel
 
 SCALES = (8.0, 4.0, 2.5)
-"""Of the weights, in sigmas, one for each step."""
+"""Scales of the weights, in sigmas, one for each step."""
 OUTLIERS = 0.3
-"""This part of the points may be anywhere: on vehicles, their shadows, on the windscreen."""
+"""Fraction of the points that are expected to be outliers: on vehicles, their shadows, or the windscreen."""
 ASTRAY_PX = 40.0
-"""Anywhere in a width so large."""
+"""Width over which outliers are spread."""
 BACK_SIGMAS = 3.0
-"""What flows in by more flows out of no direction: it is astray."""
+"""A point that moves towards e by more than this is an outlier."""
 
 
 @kernel()
@@ -37,10 +37,9 @@ def _log_likelihoods(
     astray: float,
     found: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """As `log_likelihoods`; all lengths are in units of the rays, and points are (2, N).
+    """The compiled part of `log_likelihoods`; all lengths are in units of the rays, and points are (2, N).
 
-    The sums over the points are numbers of their own, and no point takes another way than the others: so
-    LLVM sums several points at once.
+    Sums are scalars, and the loop over points has no branches, so that LLVM vectorises it.
     """
     points = before.shape[1]
     across, is_on = np.empty(points), np.empty(points)
@@ -77,7 +76,7 @@ def _log_likelihoods(
                 h02 += weight * s0 * s2
                 h12 += weight * s1 * s2
             if stage < len(SCALES):
-                # Cholesky's way without the roots: the matrix is positive definite.
+                # LDL' decomposition: the matrix is positive definite.
                 l10, l20 = h01 / h00, h02 / h00
                 d1 = h11 - l10 * h01
                 l21 = (h12 - l20 * h01) / d1
@@ -103,14 +102,14 @@ def log_likelihoods(
     place_sigma: float,
     focal_px: float,
 ) -> FloatArray:
-    """(K,) up to a constant, each with the likeliest turn between the pictures.
+    """(K,) log likelihoods up to a constant, each for the likeliest rotation between the pictures.
 
     Args:
         before: (N, 2) rays x / z and y / z of the points in the first picture.
-        after: (N, 2) of the same points in the second.
-        directions: (K, 2) rays.
-        turn_sigmas_rad: (3,) how far the camera may have turned between them about x, y and z.
-        place_sigma: 1-sigma of a point's movement across its way, in pixels.
+        after: (N, 2) rays of the same points in the second picture.
+        directions: (K, 2) rays of the directions of travel.
+        turn_sigmas_rad: (3,) 1-sigma of the camera's rotation between them about x, y and z.
+        place_sigma: 1-sigma of a point's motion across its direction, in pixels.
         focal_px: focal length.
     """
     found = np.empty(len(directions))

@@ -1,6 +1,6 @@
-"""Where a drive leads to, looked for again and again: how the camera is mounted.
+"""Repeated looks for the direction of travel, which show how the camera is mounted.
 
-A look takes some seconds of driving and needs no guess of the pitch.
+A look takes some seconds of driving, and needs no guess of the pitch.
 """
 
 import math
@@ -16,24 +16,25 @@ from fcw.motion.travel.direction import TravelDirection
 from fcw.motion.travel.tracks import SPARSE_PX, PointTracks
 
 FIRST_TOLD_S, LOOK_S = 1.8, 5.0
-"""Of driving: a look tells first what little it has seen, then all, and ends. It takes 0.4 s of a
-processor."""
+"""Time of driving after which a look gives a first result, and its final one. A look takes 0.4 s of processor
+time."""
 PAUSES_S = (15.0, 60.0)
-"""After the first look, and after all others."""
+"""Pause after the first look, and after all others."""
 LONGEST_LOOK_S = 60.0
-"""Of driving and standing: a look that has not ended by then begins anew."""
+"""A look that has not ended after this time, including standstill, starts anew."""
 CONTRADICTED_SIGMAS = 2.5
-"""What is so far from what was believed takes its place: the camera was turned, or the belief is wrong."""
+"""A result that differs from the present estimate by more than this replaces it, because the camera was
+turned or the estimate is wrong."""
 
 
 class Told(NamedTuple):
-    """What a look tells of the camera.
+    """The result of a look.
 
     Attributes:
-        pitch_rad: downwards, against the direction of travel.
-        yaw_rad: to the left; None where we turn all the time.
-        is_whole: whether the look has ended. What it tells before is of a part of the same pictures: it
-            counts where it contradicts what is believed, and not as one more measurement.
+        pitch_rad: pitch of the camera below the direction of travel.
+        yaw_rad: yaw of the camera to the left of it; None if we turn all the time.
+        is_whole: whether the look has ended. A first result is from a part of the same pictures. It is used
+            only if it contradicts the present estimate, and not as one more measurement.
     """
 
     pitch_rad: Gaussian
@@ -42,10 +43,10 @@ class Told(NamedTuple):
 
 
 class TravelLooks:
-    """Tells how the camera looks against the direction of travel.
+    """Estimates the camera's orientation relative to the direction of travel.
 
     Args:
-        calibration: its lens is taken for granted, its pitch is not.
+        calibration: its lens is used, but not its pitch.
     """
 
     def __init__(self, calibration: Calibration) -> None:
@@ -54,15 +55,15 @@ class TravelLooks:
         self._begin(-math.inf)
 
     def update(self, time_s: float, image: NDArray[np.uint8], boxes: Sequence[Box]) -> Told | None:
-        """Take a picture.
+        """Update with a picture.
 
         Args:
-            time_s: of it; rises.
+            time_s: time of the picture; must increase.
             image: (height, width, 3) BGR.
-            boxes: of vehicles in it.
+            boxes: boxes of vehicles in it.
 
         Returns:
-            What pictures told by now; None most of the time.
+            A result when a look has one; None most of the time.
         """
         if time_s < self._begin_s:
             return None
@@ -85,7 +86,7 @@ class TravelLooks:
         column, row = places
         camera, yaw_rad = self._camera, None
         if column is not None:
-            # A camera that looks to the left sees where it drives to on the right.
+            # If the camera looks to the left, the direction of travel is to the right in the picture.
             left_rad = _angle(camera.principal_column_px, column, camera.focal_y_px)
             yaw_rad = Gaussian(-left_rad.value, left_rad.sigma)
         return Told(_angle(camera.principal_row_px, row, camera.focal_y_px), yaw_rad, is_whole)
@@ -97,10 +98,10 @@ class TravelLooks:
 
 
 def _angle(axis_px: float, place: Gaussian, focal_px: float) -> Gaussian:
-    """How far above the axis, or to the left of it, a place is."""
+    """Angle of a column to the left of the axis, or of a row above it."""
     return Gaussian(math.atan((axis_px - place.value) / focal_px), place.sigma / focal_px)
 
 
 def contradict(first: Gaussian, second: Gaussian) -> bool:
-    """Whether two beliefs in one angle are too far apart."""
+    """Whether two estimates of one angle contradict each other."""
     return abs(first.value - second.value) > CONTRADICTED_SIGMAS * math.hypot(first.sigma, second.sigma)

@@ -1,4 +1,4 @@
-"""Points of a clip followed through many pictures, wherever they lie: nothing is known of the camera yet."""
+"""Points of a clip tracked through many pictures, without any knowledge of the camera."""
 
 from dataclasses import dataclass
 
@@ -11,17 +11,17 @@ from fcw.motion.flow.pacing import REPEATED_CHANGE
 
 WORKING_WIDTH_PX = 800
 SHORTEST_STEP_S = 0.06
-"""Between pictures that are used: sixteen a second."""
+"""Least time between pictures that are used: sixteen per second."""
 DENSE_PX, SPARSE_PX = 16, 32
-"""Sides of the cells in which a corner is looked for: a picture takes about 7 ms, or 3."""
+"""Sides of the cells in which a corner is looked for; a picture takes about 7 ms or 3 ms."""
 SPACING = 0.75
-"""No new point in a square of this part of a cell that has one."""
+"""No new point is added to a square of this fraction of a cell that already has one."""
 FAINTEST, LEAST_ROUNDNESS = 12.0, 0.06
-"""Of corners: see `fcw.motion.flow.corners.Corners`."""
+"""Least score and roundness of corners; see `fcw.motion.flow.corners.Corners`."""
 WINDOW_PX = 13
 LEVELS = 4
 RETURNS_PX = 0.4
-"""A point followed back comes out this near to where it came from, or it is lost."""
+"""A point that is tracked forward and back must return this near to where it began."""
 EDGE_PX = 4
 FEWEST_POINTS = 30
 
@@ -31,10 +31,10 @@ class FollowedPoints:
     """Points of one picture.
 
     Attributes:
-        time_s: of the picture.
-        numbers: (N,) of the points, rising; a point keeps its number from picture to picture.
+        time_s: time of the picture.
+        numbers: (N,) ids of the points, ascending; a point keeps its id from picture to picture.
         places: (N, 2) columns and rows in the small picture.
-        shift_px: median shift to the right since the last picture.
+        shift_px: median shift to the right since the previous picture.
     """
 
     time_s: float
@@ -44,15 +44,15 @@ class FollowedPoints:
 
 
 class PointTracks:
-    """Follows points through a clip.
+    """Tracks points through a clip.
 
     Args:
-        width_px: of the whole pictures.
+        width_px: width of the whole pictures.
         cell_px: `DENSE_PX` or `SPARSE_PX`.
 
     Attributes:
-        factor: by which the small pictures are smaller.
-        pictures: that were used, with their points.
+        factor: reduction factor of the small pictures.
+        pictures: the points of the pictures that were used.
     """
 
     def __init__(self, width_px: int, cell_px: int = DENSE_PX) -> None:
@@ -64,14 +64,14 @@ class PointTracks:
         self._next = 0
 
     def update(self, time_s: float, image: NDArray[np.uint8]) -> bool:
-        """Take a picture.
+        """Update with a picture.
 
         Args:
-            time_s: of it; rises.
+            time_s: time of the picture; must increase.
             image: (height, width, 3) BGR.
 
         Returns:
-            Whether it is used: it is not too near in time to the last one, and no repeated one.
+            Whether it was used. A repeated picture, or one too soon after the last, is not.
         """
         if self.pictures and time_s - self.pictures[-1].time_s < SHORTEST_STEP_S:
             return False
@@ -97,7 +97,7 @@ class PointTracks:
 def _follow(
     last: NDArray[np.uint8], now: NDArray[np.uint8], places: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """(N, 2) where points went, and (N,) which of them came back when followed back."""
+    """(N, 2) positions of points in the next picture, and (N,) which came back when tracked back."""
     if not len(places):
         return places, np.zeros(0, bool)
     window = (WINDOW_PX, WINDOW_PX)
@@ -125,7 +125,7 @@ def _follow(
 
 
 def _new_places(grey: NDArray[np.uint8], taken: NDArray[np.float32], cell_px: int) -> NDArray[np.float32]:
-    """(N, 2) corners where no point is."""
+    """(N, 2) corners at which there is no point yet."""
     corners, spacing_px = find_corners(grey, (cell_px, cell_px)), round(SPACING * cell_px)
     good = corners.places[(corners.scores > FAINTEST) & (corners.roundness > LEAST_ROUNDNESS)]
     occupied = np.zeros((grey.shape[0] // spacing_px + 2, grey.shape[1] // spacing_px + 2), bool)
