@@ -1,10 +1,10 @@
-"""The moments of a drive that somebody should look at, found in its series alone.
+"""The moments of a drive that deserve a look, found from its series alone.
 
-An event is an unbroken time with one vehicle: while caution or warning was shown about it, while an advisory
-was, or while it was close and nothing was shown. What makes such a near miss are two measures of traffic
-conflicts: a time to collision of at most 1.5 s (Hayward 1972; van der Horst 1990; the default of FHWA's
-Surrogate Safety Assessment Model), or a required deceleration above 3.4 m/s^2, the braking that AASHTO's
-Green Book takes most drivers to stay below (Archer 2005 calls a conflict what needs more).
+An event is an unbroken period with one vehicle in which a caution or warning about it was shown, an advisory
+was shown, or it was close and nothing was shown: a near miss. Near misses are defined by two measures of
+traffic conflicts: a time to collision of at most 1.5 s (Hayward 1972; van der Horst 1990; the default of
+FHWA's Surrogate Safety Assessment Model), or a required deceleration above 3.4 m/s^2, which AASHTO's Green
+Book assumes most drivers to stay below (and above which Archer 2005 speaks of a conflict).
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -30,35 +30,34 @@ _KINDS_BY_NOTE: dict[str, EventKind] = {NOTHING_SEEN: "nothing seen", CUT: "cut"
 NEAR_MISS_TTC_S = 1.5
 NEAR_MISS_DECELERATION_MPS2 = 3.4
 SLOWEST_NEAR_MISS_MPS = 10 / KMH_PER_MPS
-"""Queues creep together with short times to collision: slower closing, or driving, is no near miss by it."""
+"""Least closing speed and own speed for a near miss, as cars in a queue creep together with short TTCs."""
 SHORTEST_NEAR_MISS_S = 0.3
-"""What is gone sooner is noise of a box."""
+"""Shorter periods are noise of a box."""
 WARNED_WITHIN_S = 2.0
-"""A vehicle that a warning is about so soon before or after was not missed."""
+"""A vehicle was not missed if it was warned of within this time before or after."""
 BLIND_AFTER_S = 1.0
-"""From one picture to the next; drivers take about as long to react."""
+"""Longest interval between two pictures without an event; drivers take about as long to react."""
 
 _Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
 class DriveEvent:
-    """One event; times from the drive's first frame.
+    """One event. Times are from the drive's first frame.
 
     Attributes:
-        kind: for a time with caution and warning the higher of them.
-        start_s: its first frame; of a time without pictures the last one before.
-        end_s: its last frame; of a time without pictures the first one after.
-        peak_s: where it was most severe; where nothing closed, where the vehicle was nearest.
+        kind: kind of the event; for a period with caution and warning, the higher level.
+        start_s: time of its first frame; for a period without pictures, of the last frame before.
+        end_s: time of its last frame; for a period without pictures, of the first frame after.
+        peak_s: time at which it was most severe or, if the gap never closed, the vehicle was nearest.
         track_id: the vehicle; None for `mount moved`, `nothing seen`, `cut` and `poor sight`.
-        rule: the rule that held the level at the peak; empty where none did.
-        min_ttc_s: smallest TTC; None when it never closed.
-        min_distance_m: smallest distance; None when it was never measured.
-        max_required_deceleration_mps2: hardest braking needed; None when none was.
-        severity: what nearly happened: the braking needed as a part of the hardest a car can do, 8 m/s^2,
-            times the probability of the collision, at its highest; 0 where nothing closed.
-        note: what was said, of a mount that moved, of a time in which too little or nothing can be seen, and
-            of a cut.
+        rule: the rule behind the level at the peak; empty if there is none.
+        min_ttc_s: smallest TTC; None if the gap never closed.
+        min_distance_m: smallest distance; None if it was never measured.
+        max_required_deceleration_mps2: hardest braking needed; None if none was.
+        severity: how bad it nearly was: the maximum of the braking needed, as a fraction of the hardest that
+            a car can do (8 m/s^2), times the probability of the collision; 0 if the gap never closed.
+        note: the note on a moved mount, poor or no sight, or a cut.
     """
 
     kind: EventKind
@@ -76,10 +75,10 @@ class DriveEvent:
 
 @dataclass(slots=True)
 class WarningCounter:
-    """Counts a drive's events of kind `warning` while it runs: as `find_events` finds them in the end.
+    """Counts a drive's events of kind `warning` while it runs, as `find_events` will find them.
 
     Attributes:
-        count: how many there are by now.
+        count: number of events so far.
     """
 
     count: int = 0
@@ -88,7 +87,7 @@ class WarningCounter:
     _counted: bool = False
 
     def add(self, warning: WarningState) -> None:
-        """Take in the next frame's warning."""
+        """Add the next frame's warning."""
         alarmed = warning.level >= WarningLevel.CAUTION
         if not (alarmed and self._alarmed and warning.track_id == self._vehicle):
             self._counted = False
@@ -98,7 +97,7 @@ class WarningCounter:
 
 
 def find_events(series: DriveSeries) -> tuple[DriveEvent, ...]:
-    """All events of a drive in the order of their starts."""
+    """All events of a drive, in the order in which they start."""
     alarmed = series.level >= WarningLevel.CAUTION
     events = [
         _event(series, rows, "warning" if series.level[rows].max() == WarningLevel.WARNING else "caution")
@@ -117,11 +116,11 @@ def find_events(series: DriveSeries) -> tuple[DriveEvent, ...]:
 
 
 def seen_s(duration_s: float, events: Iterable[DriveEvent]) -> float:
-    """For how long of a drive something could be seen, and a warning could come.
+    """Time of a drive in which something could be seen, so that a warning was possible.
 
     Args:
-        duration_s: from its first frame to its last.
-        events: of it, in the order of their starts.
+        duration_s: time from its first frame to its last.
+        events: its events, in the order in which they start.
     """
     seen_s, until_s = 0.0, 0.0
     for event in events:
@@ -132,7 +131,7 @@ def seen_s(duration_s: float, events: Iterable[DriveEvent]) -> float:
 
 
 def _unseen(series: DriveSeries) -> Iterator[DriveEvent]:
-    """Times in which no picture was looked at; long steps that follow each other are one such time."""
+    """Periods in which no picture was examined; consecutive long intervals are one period."""
     long = np.diff(series.time_ns) / 1e9 > BLIND_AFTER_S
     for steps in _runs(long, np.zeros(len(long), np.int64)):
         start_s, end_s = (_seconds(series, int(series.time_ns[row])) for row in (steps.start, steps.stop))
@@ -144,7 +143,7 @@ def _unseen(series: DriveSeries) -> Iterator[DriveEvent]:
 
 
 def _runs(mask: _Mask, vehicle: NDArray[np.int64]) -> list[slice]:
-    """Unbroken runs of rows in which a mask holds for one vehicle."""
+    """Unbroken runs of rows in which a mask is true for one vehicle."""
     if not len(mask):
         return []
     changes = np.flatnonzero((mask[1:] != mask[:-1]) | (vehicle[1:] != vehicle[:-1])) + 1
@@ -152,7 +151,7 @@ def _runs(mask: _Mask, vehicle: NDArray[np.int64]) -> list[slice]:
 
 
 def _is_near(series: DriveSeries) -> _Mask:
-    """Rows in which the lead was so close that a driver would call it close; NaN compares as False."""
+    """Rows in which the lead was dangerously close; NaN compares as False."""
     closing_mps, own_mps = series.closing_speed_mps, series.ego_speed_mps
     by_ttc = (series.ttc_s <= NEAR_MISS_TTC_S) & (closing_mps >= SLOWEST_NEAR_MISS_MPS)
     by_braking = series.required_deceleration_mps2 > NEAR_MISS_DECELERATION_MPS2
@@ -162,7 +161,7 @@ def _is_near(series: DriveSeries) -> _Mask:
 
 
 def _is_missed(series: DriveSeries, rows: slice) -> bool:
-    """Whether a near time lasted, and no warning of that vehicle came around it."""
+    """Whether a close period lasted long enough, and had no warning of that vehicle around it."""
     start_ns, end_ns = series.time_ns[rows.start], series.time_ns[rows.stop - 1]
     around_ns = round(WARNED_WITHIN_S * 1e9)
     around = slice(*np.searchsorted(series.time_ns, (start_ns - around_ns, end_ns + around_ns + 1)))
@@ -178,20 +177,20 @@ def _event(series: DriveSeries, rows: slice, kind: EventKind) -> DriveEvent:
     prefix = "" if near_miss else "warned_"
     at = np.arange(rows.start, rows.stop)
     if not near_miss:
-        # Where it was lost its figures are what they would have been: shown, but no measurement.
+        # After it was lost, its figures are extrapolated, which is no measurement.
         at = at[series.extrapolated[rows] == 0]
     braking_mps2, distance_m, ttc_s = (
         getattr(series, prefix + name)[at] for name in ("required_deceleration_mps2", "distance_m", "ttc_s")
     )
     danger = np.minimum(braking_mps2 / HARDEST_BRAKING_MPS2, 1.0)
     if not near_miss:
-        # An advisory is about what might come: nobody was about to be hit. Old logs have no probability.
+        # An advisory is about what might happen, so the probability counts. Old logs have none.
         danger = danger * np.where(
             np.isnan(series.warned_probability[at]), 1.0, series.warned_probability[at]
         )
     severity = _extreme(danger, np.max)
     if severity is not None:
-        # Of moments as severe as can be the one in which most braking was needed.
+        # If several moments have the largest severity, take the one with the hardest braking needed.
         worst = np.where(danger >= severity, braking_mps2, np.float32(-1))
         peak = int(at[np.argmax(worst)])
     else:

@@ -1,6 +1,7 @@
-"""A drive's signals as columns: one row a frame, small enough to be had at once.
+"""A drive's signals as columns, one row per frame, small enough to be in memory as a whole.
 
-A log keeps them beside its messages, so that an hour's plots, lists of events and jumps need no pass over it.
+A log stores them in addition to its messages, so that plots of an hour, lists of events and jumps need no
+pass over it.
 """
 
 import io
@@ -25,43 +26,43 @@ _NAN = float("nan")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveSeries:
-    """Columns of shape (N,), one row a frame in the order of time; NaN where there is no value.
+    """Columns of shape (N,), one row per frame in the order of time. NaN means that there is no value.
 
     Attributes:
-        frame_index: int64, `FrameResult.index`; row numbers too, but in a log cut out of a drive.
+        frame_index: int64, `FrameResult.index`. The same as the row, except in a log cut out of a drive.
         time_ns: int64, presentation times.
         level: int8, the `WarningLevel` shown.
-        warned_id: int64, the track that the warning is about; `NO_TRACK` where there is none.
-        rule: int32, number of the rule that holds the level in `rules`; int8 in logs of before a policy of
-            one's own could name more than 127.
-        lead_id: int64, the lead vehicle; `NO_TRACK` where the own path is free.
-        distance_m: float32, of the lead.
-        distance_low_m: float32, its 16th percentile.
-        distance_high_m: float32, its 84th percentile; inf when unbounded.
-        closing_speed_mps: float32, of the lead.
-        ttc_s: float32, of the lead; NaN when not closing.
-        headway_s: float32, to the lead; NaN where the own speed is unknown or zero.
-        required_deceleration_mps2: float32, to avoid the lead; NaN when not closing.
-        ego_speed_mps: float32; NaN where unknown.
-        ego_speed_sigma_mps: float32, its standard deviation, 0 where it was given; NaN where unknown, and in
-            logs of before it was kept.
-        warned_distance_m: float32, of the vehicle that the warning is about, whether it is the lead or not;
-            as are all `warned_...`.
+        warned_id: int64, track that the warning is about; `NO_TRACK` if there is none.
+        rule: int32, index in `rules` of the rule behind the level; int8 in logs from before a user's policy
+            could have more than 127 rules.
+        lead_id: int64, track of the lead; `NO_TRACK` if the own path is free.
+        distance_m: float32, distance of the lead.
+        distance_low_m: float32, 16th percentile of that distance.
+        distance_high_m: float32, 84th percentile of that distance; inf when unbounded.
+        closing_speed_mps: float32, closing speed of the lead.
+        ttc_s: float32, TTC of the lead; NaN when not closing.
+        headway_s: float32, headway to the lead; NaN if the own speed is unknown or zero.
+        required_deceleration_mps2: float32, braking needed to avoid the lead; NaN when not closing.
+        ego_speed_mps: float32, own speed; NaN when unknown.
+        ego_speed_sigma_mps: float32, standard deviation of the own speed, 0 if it was given; NaN when
+            unknown, and in logs from before it was stored.
+        warned_distance_m: float32, distance of the vehicle that the warning is about, which may be the lead
+            or not. The same holds for the other columns `warned_...`.
         warned_distance_low_m: float32.
         warned_distance_high_m: float32.
         warned_closing_speed_mps: float32.
         warned_ttc_s: float32.
         warned_headway_s: float32.
         warned_required_deceleration_mps2: float32.
-        warned_probability: float32, of a collision.
-        extrapolated: int8, 1 where it is not followed any more.
-        keyframe_ns: (K,) int64, times of the video packets at which decoding can start, rising; below 0
-            where they only feed the decoder.
-        note_ns: (M,) int64, first frames of the times in which there was something to tell; those in which
-            nothing could be seen are apart from those of all else.
-        note_end_ns: (M,) int64, their last frames.
+        warned_probability: float32, probability of a collision.
+        extrapolated: int8, 1 if that vehicle is no longer tracked.
+        keyframe_ns: (K,) int64, times of the video packets at which decoding can start, ascending; negative
+            if they only feed the decoder.
+        note_ns: (M,) int64, time of the first frame of each note. Notes that nothing could be seen are
+            separate from all others.
+        note_end_ns: (M,) int64, time of its last frame.
         rules: names of rules; the first is empty, for no level.
-        notes: (M,) what was told, in the words of the last frame: by then it is known best.
+        notes: (M,) notes, as worded at their last frame, when most was known.
     """
 
     frame_index: NDArray[np.int64]
@@ -100,11 +101,11 @@ class DriveSeries:
 
     @property
     def duration_s(self) -> float:
-        """From the first frame to the last."""
+        """Time from the first frame to the last."""
         return float(self.time_ns[-1] - self.time_ns[0]) / 1e9 if len(self) else 0.0
 
     def about(self, name: str) -> NDArray[np.float32]:
-        """A column of the warned vehicle while one is warned of, else of the lead: what a person looks at.
+        """A column for display: of the vehicle that is warned of, or of the lead if there is no warning.
 
         Args:
             name: `distance_m`, `distance_low_m`, `distance_high_m`, `closing_speed_mps`, `ttc_s`, `headway_s`
@@ -125,16 +126,16 @@ class DriveSeries:
         return row
 
     def row_at(self, time_ns: int) -> int:
-        """Row of the frame shown at a time: the last one that is not later, else the first."""
+        """Row of the frame shown at a time: the last one that is not later, or the first row."""
         return max(int(np.searchsorted(self.time_ns, time_ns, side="right")) - 1, 0)
 
     def keyframe_before(self, time_ns: int) -> int | None:
-        """Time of the last keyframe that is not later; None where there is none."""
+        """Time of the last keyframe that is not later; None if there is none."""
         before = int(np.searchsorted(self.keyframe_ns, time_ns, side="right")) - 1
         return int(self.keyframe_ns[before]) if before >= 0 else None
 
     def to_bytes(self) -> bytes:
-        """NumPy's compressed .npz of all columns."""
+        """All columns as a compressed NumPy .npz archive."""
         columns = {name: getattr(self, name) for name in _COLUMNS}
         texts = json.dumps({name: getattr(self, name) for name in _TEXTS}).encode()
         buffer = io.BytesIO()
@@ -143,7 +144,7 @@ class DriveSeries:
 
     @staticmethod
     def from_bytes(data: bytes) -> "DriveSeries":
-        """What `to_bytes` wrote.
+        """Read what `to_bytes` wrote.
 
         Raises:
             ValueError: the bytes are something else.
@@ -201,7 +202,7 @@ _TEXTS = ("rules", "notes")
 
 
 class SeriesBuilder:
-    """Gathers a series while a drive is written or read: some 110 bytes of memory a frame."""
+    """Collects a series while a drive is written or read, in about 110 bytes of memory per frame."""
 
     def __init__(self) -> None:
         self._columns = {name: array(_TYPECODES[np.dtype(kind)]) for name, kind in _COLUMNS.items()}
@@ -210,7 +211,7 @@ class SeriesBuilder:
         self._standing: dict[str, int] = {}
 
     def add(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        """Take in the next frame and its video packets."""
+        """Add the next frame and its video packets."""
         lead, warning, own_mps = result.lead, result.told_warning, result.ego_speed_mps
         row: dict[str, float | None] = {
             "frame_index": result.index,
@@ -261,7 +262,7 @@ class SeriesBuilder:
             self._take_note(moment, note, result.time_ns)
 
     def _take_note(self, kind: str, note: str, time_ns: int) -> None:
-        """What a frame tells of one kind; empty where it tells nothing."""
+        """Add a frame's note of one kind; empty if it has none."""
         number = self._standing.pop(kind, len(self._notes))
         if not note:
             return
@@ -274,7 +275,7 @@ class SeriesBuilder:
         self._columns["note_end_ns"][number] = time_ns
 
     def add_packet(self, time_ns: int, keyframe: bool) -> None:
-        """Take in a video packet apart from its frame."""
+        """Add a video packet separately from its frame."""
         if keyframe:
             self._columns["keyframe_ns"].append(time_ns)
 

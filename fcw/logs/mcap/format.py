@@ -1,12 +1,14 @@
-"""What writer and reader of the MCAP log agree on.
+"""The layout of the MCAP log, shared by writer and reader.
 
-A drive is one MCAP file (https://mcap.dev/spec). Before the first message stand the metadata records
+A drive is one MCAP file (https://mcap.dev/spec). Before the first message are the metadata records
 `fcw.drive` and `fcw.versions` and the attachment `calibration.yaml`, so that a file whose writer was killed
-still says what it is, and `track.gpx` where the own speed came from one.
-Log times are the source's presentation times. They cannot be negative in MCAP:
-packets before 0, which only feed the decoder, have log time 0, keep their order, and have their own time on
-`/fcw/video_index`, whose message for a packet has the sequence number of its message on `/camera/image`.
-Pictures stand in chunks of their own, all else in others. At the end stands the attachment `drive.series`
+still tells what it is, and `track.gpx` if the own speed came from a GPX file.
+
+Log times are the source's presentation times. They cannot be negative in MCAP. Packets before 0, which only
+feed the decoder, have log time 0, keep their order, and have their own time on `/fcw/video_index`, whose
+message for a packet has the same sequence number as the packet's message on `/camera/image`.
+
+Pictures and all other messages are in separate chunks. At the end is the attachment `drive.series`
 (`fcw.logs.series`): the signals as columns, and where decoding can start.
 """
 
@@ -23,7 +25,7 @@ FORMAT_VERSION = "1"
 DRIVE_METADATA = "fcw.drive"
 VERSIONS_METADATA = "fcw.versions"
 CALIBRATION_NAME = "calibration.yaml"
-"""Attachment with the drive's calibration; files that others wrote may have one as well."""
+"""Attachment with the drive's calibration; files by other programs may have one, too."""
 TRACK_NAME = "track.gpx"
 SERIES_NAME = "drive.series"
 SERIES_MEDIA_TYPE = "application/x-npz"
@@ -40,20 +42,20 @@ WARNING_TOPIC = "/fcw/warning"
 VIDEO_INDEX_TOPIC = "/fcw/video_index"
 
 SIGNALS_CHUNK_NS = 300_000_000
-"""A chunk of signals holds no more of the drive than this, which is what is lost when the process is
-killed."""
+"""Longest time in a chunk of signals, which is lost if the process is killed."""
 PICTURES_CHUNK_NS = 500_000_000
-"""As much of the pictures; a chunk of them ends before each keyframe too, where a jump starts to read."""
+"""Longest time in a chunk of pictures. A chunk also ends before each keyframe, where a jump starts to
+read."""
 CHUNK_BYTES = 1 << 30
-"""Chunks end by time, never by size."""
+"""So large that chunks end by time, never by size."""
 
 _TRUTH = {True: "true", False: "false"}
 _LATER_TIMES = ("zero_utc_ns", "gpx_begins_ns")
-"""Of the header, which not every log has."""
+"""Times in the header that not every log has."""
 
 
 def drive_metadata(header: DriveHeader) -> dict[str, str]:
-    """The `fcw.drive` record; numbers keep all their digits."""
+    """The metadata record `fcw.drive`; numbers keep all their digits."""
     times = {name: getattr(header, name) for name in _LATER_TIMES}
     return {name: str(time_ns) for name, time_ns in times.items() if time_ns is not None} | {
         "format_version": FORMAT_VERSION,
@@ -71,7 +73,7 @@ def drive_metadata(header: DriveHeader) -> dict[str, str]:
 def drive_header(
     drive: Mapping[str, str], versions: Mapping[str, str], calibration_yaml: str, name: str, gpx: bytes = b""
 ) -> DriveHeader:
-    """The header that a log was opened with.
+    """The header from a log's records.
 
     Raises:
         KeyError, ValueError: a record is not what `drive_metadata` writes.
@@ -93,7 +95,7 @@ def drive_header(
 
 
 def _calibration(text: str, name: str) -> Calibration:
-    """The calibration in a text; many drives of one camera have the same, and YAML is slow to read."""
+    """Parse a calibration, cached, as many drives of one camera have the same and YAML is slow to read."""
     try:
         return _known_calibration(text)
     except UserError:

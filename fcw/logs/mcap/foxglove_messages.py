@@ -1,7 +1,7 @@
-"""A drive in Foxglove's messages: camera, picture annotations, the road from above, words.
+"""A drive as Foxglove's messages: camera, annotations of the picture, the road from above, and the log.
 
-Frames of reference: `ego` is ISO 8855 (x forward, y left, z up) on the road below the calibration's
-reference, so that a vehicle's x is its distance; `camera` is the optical frame (x right, y down, z forward).
+Coordinate frames: `ego` is ISO 8855 (x forward, y left, z up) on the road below the calibration's reference
+point, so that a vehicle's x is its distance. `camera` is the optical frame (x right, y down, z forward).
 """
 
 import math
@@ -48,11 +48,11 @@ EGO_FRAME = "ego"
 CAMERA_FRAME = "camera"
 EGO_COLOR: Rgb = (70, 110, 160)
 FONT_PART = 1 / 36
-"""Height of words as a part of the picture's."""
+"""Font size as a fraction of the picture's height."""
 THIN_LINE_PX, LINE_PX, LEAD_LINE_PX = 1.0, 2.0, 3.0
 SCENE_FONT_PX = 14.0
 STEPS_PER_PX, STEPS_PER_M = 16, 1024
-"""How finely things are drawn: farther digits cannot be seen, and do not compress."""
+"""Resolution of coordinates. More digits could not be seen, and would not compress."""
 _LOG_LEVELS = {
     WarningLevel.NONE: Log.INFO,
     WarningLevel.ADVISORY: Log.INFO,
@@ -63,7 +63,7 @@ _NO_ROTATION = Quaternion(x=0, y=0, z=0, w=1)
 
 
 def timestamp(time_ns: int) -> Timestamp:
-    """A time of at least 0 as a protobuf time."""
+    """A time, at least 0, as a protobuf timestamp."""
     return Timestamp(seconds=time_ns // NS_PER_S, nanos=time_ns % NS_PER_S)
 
 
@@ -90,8 +90,8 @@ def calibration_message(calibration: Calibration, stamp: Timestamp) -> CameraCal
 
 
 def transforms_message(calibration: Calibration, pitch_rad: float, stamp: Timestamp) -> FrameTransforms:
-    """Where the camera stands on the vehicle, and how far down it looks by now."""
-    # The optical axes of a level camera, (-1/2, 1/2, -1/2, 1/2), turned by the pitch about the camera's x.
+    """Position of the camera on the vehicle, and its present pitch."""
+    # The rotation of a level camera, (-1/2, 1/2, -1/2, 1/2), followed by the pitch about the camera's x.
     half = pitch_rad / 2
     even, odd = (math.cos(half) + math.sin(half)) / 2, (math.cos(half) - math.sin(half)) / 2
     mount = FrameTransform(
@@ -107,7 +107,7 @@ def transforms_message(calibration: Calibration, pitch_rad: float, stamp: Timest
 def annotations_message(
     result: FrameResult, rows: tuple[OverlayRow, ...], image_size: ImageSize, imperial: bool, stamp: Timestamp
 ) -> ImageAnnotations:
-    """Boxes with their words, and the distance rows."""
+    """Boxes with their labels, and the distance rows."""
     font_px = image_size.height * FONT_PART
     boxes = overlay_boxes(result, imperial)
     return ImageAnnotations(
@@ -125,7 +125,7 @@ def annotations_message(
 def scene_message(
     result: FrameResult, calibration: Calibration, imperial: bool, stamp: Timestamp
 ) -> SceneUpdate:
-    """The vehicles and the own car on the road; each message replaces the one before."""
+    """The vehicles and our own car on the road; each message replaces the previous one."""
     drawn = [
         (track, overlay)
         for track, overlay in zip(result.tracks, overlay_boxes(result, imperial), strict=True)
@@ -216,7 +216,7 @@ def _text(x: float, y: float, text: str, color: Rgb, font_px: float, stamp: Time
 
 
 def _vehicle_cube(track: Track, overlay: OverlayBox, calibration: Calibration) -> CubePrimitive:
-    """A cube whose rear is as wide and high as the box at its distance."""
+    """A cube whose rear has the width and height of the box at its distance."""
     width_m, height_m = rear_size_m(track, calibration)
     return CubePrimitive(
         pose=_pose(track.distance_m + VEHICLE_LENGTH_M / 2, track.lateral_m, height_m / 2),

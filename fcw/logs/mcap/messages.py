@@ -1,4 +1,4 @@
-"""The project's own messages (`schemas/drive.proto`) from records and back, bit for bit."""
+"""Converts records to the project's own messages (`schemas/drive.proto`) and back, bit for bit."""
 
 import math
 from dataclasses import fields
@@ -26,7 +26,7 @@ WARNING_FIGURES = (
     "collision_probability",
     "needed_distance_m",
 )
-"""What a warning state has or has not, named alike in the message."""
+"""Optional figures of a warning state, with the same names in the message."""
 
 
 def track_message(track: Track) -> drive_pb2.Track:
@@ -62,7 +62,7 @@ def track_message(track: Track) -> drive_pb2.Track:
 
 
 def no_track_message() -> drive_pb2.Track:
-    """That there is no track any more: every figure NaN, so that a plot breaks its line there."""
+    """A message that there is no lead any more; its figures are NaN, so that plots break their lines."""
     message = drive_pb2.Track(track_id=NO_TRACK, seen_by="UNSAID")
     for field in message.DESCRIPTOR.fields:
         if field.cpp_type == field.CPPTYPE_DOUBLE:
@@ -103,7 +103,7 @@ def result_message(result: FrameResult) -> drive_pb2.FrameResult:
 
 
 def result_from_message(data: bytes) -> FrameResult:
-    """The result that `result_message` was made of, from the message's bytes."""
+    """The result that was converted by `result_message`, from the message's bytes."""
     message = drive_pb2.FrameResult.FromString(data)
     return FrameResult(
         index=message.index,

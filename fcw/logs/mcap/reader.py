@@ -1,4 +1,4 @@
-"""Reading a drive log back."""
+"""Reads a drive log."""
 
 import threading
 from collections import deque
@@ -33,7 +33,7 @@ def read_drive(drive: Path | str) -> "DriveLog":
     """Open a drive's log.
 
     Args:
-        drive: a `drive.mcap`, or the folder that holds it.
+        drive: a `drive.mcap`, or its folder.
 
     Raises:
         UserError: there is none, or it is no drive log.
@@ -44,13 +44,13 @@ def read_drive(drive: Path | str) -> "DriveLog":
 class DriveLog:
     """A drive log in MCAP.
 
-    A log whose writer was killed is read up to where it is torn. Reading from several threads at once is
-    safe: each pass has a file of its own.
+    A log whose writer was killed is read up to where it ends. Several threads may read at once, as each pass
+    opens the file anew.
 
     Attributes:
         path: the file.
-        header: what the log was opened with.
-        complete: False where the log was never closed.
+        header: what was known before the first frame.
+        complete: whether the log was closed.
     """
 
     def __init__(self, path: Path, *, pass_over_damage: bool = False) -> None:
@@ -58,7 +58,7 @@ class DriveLog:
 
         Args:
             path: the file.
-            pass_over_damage: leave out what cannot be read of a complete log too, instead of raising.
+            pass_over_damage: whether damaged parts of a complete log are skipped instead of raising an error.
 
         Raises:
             UserError: the file is missing, or is no drive log.
@@ -81,7 +81,7 @@ class DriveLog:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a person should know of the log: that it is torn, and how much of it is lost."""
+        """Sentences that the user should read: that the log is incomplete, and how much is lost."""
         if self.complete:
             return ()
         start_ns = self.chunks.start_ns
@@ -100,14 +100,14 @@ class DriveLog:
 
     @property
     def _recovery(self) -> str:
-        """How there is a whole log, or that there is one."""
+        """A sentence on how to recover the log, or where the recovered one is."""
         if (recovered := recovered_log(self.path)) is not None:
             return f"{recovered} is the complete log recovered from it"
         return f"`fcw recover {quote(str(self.path))}` makes a complete log of it"
 
     @cached_property
     def chunks(self) -> ChunkTable:
-        """Where the parts of the file stand.
+        """The positions of the file's chunks.
 
         Raises:
             UserError: the index of a complete log is damaged.
@@ -123,7 +123,7 @@ class DriveLog:
                 return scanned_chunks(file)
 
     def track(self) -> GpxTrack | None:
-        """Where the drive went, its times from the log's first frame; None where no GPX track gave the speed.
+        """The drive's GPX track, with times from the log's first frame; None if there is none.
 
         Raises:
             UserError: the track is damaged.
@@ -151,8 +151,8 @@ class DriveLog:
     ) -> Iterator[tuple[FrameResult, tuple[VideoPacket, ...]]]:
         """Results of the frames at times in [start_ns, end_ns) with their packets, as they were written.
 
-        Pictures are written later than signals: at the end of a torn log there are results without packets.
-        The first packets of a range need not be keyframes; see `video_packets`.
+        Pictures are written later than signals, so the last results of an incomplete log may have no packets.
+        The first packet of a range need not be a keyframe; see `video_packets`.
         """
         packets = self._packets(start_ns, end_ns)
         following = next(packets, None)
@@ -176,10 +176,10 @@ class DriveLog:
                 yield packet
 
     def series(self, progress: Callable[[float], None] = lambda part: None) -> DriveSeries:
-        """The signals as columns: from the log's own, or by one pass over a log that has none.
+        """The signals as columns: those stored in the log or, if there are none, from a pass over it.
 
         Args:
-            progress: called with the part of such a pass that is done, 0 to 1.
+            progress: called with the fraction of such a pass that is done, 0 to 1.
         """
         if self._series is None:
             self._series = self._stored_series() or self.gathered_series(progress)
@@ -199,7 +199,7 @@ class DriveLog:
         raise IndexError(f"{self.path}: no frame {frame_index}")
 
     def _stored_series(self) -> DriveSeries | None:
-        """The log's own columns; None where it has none that can be read."""
+        """The columns stored in the log; None if there are none that can be read."""
         if not self.complete:
             return None
         with self._open() as file, suppress(*DAMAGED):
@@ -208,7 +208,7 @@ class DriveLog:
         return None
 
     def gathered_series(self, progress: Callable[[float], None] = lambda part: None) -> DriveSeries:
-        """The same by a pass over the log, whatever stands in it."""
+        """The signals as columns from a pass over the log, even if it has stored ones."""
         gathered, chunks = self._gathered, self.chunks
         with gathered.lock:
             end_ns, pictures_end_ns = chunks.end_ns() or 1, chunks.end_ns(mcap.VIDEO_TOPIC) or 0
@@ -220,14 +220,14 @@ class DriveLog:
                     progress(message.log_time / end_ns)
                 else:
                     gathered.packets.append((message.log_time, message.data))
-            # At the end of a torn log, and of one that is being written, pictures are missing.
+            # At the end of a log that is incomplete, or still being written, pictures are missing.
             while gathered.packets and gathered.packets[0][0] <= pictures_end_ns:
                 index = drive_pb2.VideoPacket.FromString(gathered.packets.popleft()[1])
                 gathered.builder.add_packet(index.time_ns, index.keyframe)
             return gathered.builder.build()
 
     def grown(self) -> "DriveLog":
-        """The same log as it stands now, where its writer went on; only what is new is read.
+        """The same log with what was written meanwhile; only the new part is read.
 
         Raises:
             UserError: it cannot be read any more.
@@ -239,9 +239,9 @@ class DriveLog:
         return log
 
     def _packets(self, start_ns: int | None, end_ns: int | None) -> Iterator[tuple[int, VideoPacket]]:
-        """Packets with the number of the frame they came with, from all chunks that touch the range.
+        """Packets with the index of their frame, from all chunks that overlap the range.
 
-        Where pictures are missing in between, those up to the next keyframe cannot be decoded: left out.
+        If pictures are missing in between, those up to the next keyframe cannot be decoded, and are left out.
         """
         index = self._messages((mcap.VIDEO_INDEX_TOPIC,), start_ns, end_ns)
         entry = next(index, None)
@@ -264,8 +264,8 @@ class DriveLog:
         end_ns: int | None = None,
         first_chunk: int = 0,
     ) -> Iterator[tuple[str, Message]]:
-        """Messages with their topics, in the order in which they were written, of all chunks in the range."""
-        # Log times cannot be negative: what is earlier has log time 0.
+        """Messages with their topics, in the order of writing, from all chunks in the range."""
+        # Log times cannot be negative; earlier packets have log time 0.
         start_ns = max(start_ns or 0, 0)
         end_ns = None if end_ns is None else max(end_ns, 1)
         chunks = self.chunks
@@ -337,12 +337,12 @@ class DriveLog:
 
 @dataclass(slots=True)
 class _Gathered:
-    """How far the signals of a log without an index were gathered; a log that grows goes on from there.
+    """Progress of collecting the signals of a log without stored columns; a growing log continues from here.
 
     Attributes:
-        builder: with the frames so far.
-        chunks: how many were read.
-        packets: log times and indexes of packets whose pictures have not come yet.
+        builder: has the frames so far.
+        chunks: number of chunks that were read.
+        packets: log times and index messages of packets whose pictures have not been written yet.
     """
 
     builder: SeriesBuilder = field(default_factory=SeriesBuilder)

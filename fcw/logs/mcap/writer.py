@@ -1,4 +1,4 @@
-"""The drive log as MCAP, for Foxglove, for this program's own review, and for whatever else reads it."""
+"""Writes the drive log as MCAP, for Foxglove, for this program's own review, and for any other reader."""
 
 import errno
 from collections import defaultdict
@@ -54,20 +54,20 @@ class _Picture:
 
 
 class McapSink:
-    """Writes a drive as MCAP; an `fcw.logs.records.Sink`. `fcw.logs.mcap.format` says what stands where.
+    """Writes a drive as MCAP; an `fcw.logs.records.Sink`. For the layout see `fcw.logs.mcap.format`.
 
-    The file is written in place and has no footer before `close`: an unfinished log can be told from a
-    finished one, and read up to where it ends. mcap's writer has one chunk open. It takes the signals, and
-    pictures wait here until it is their turn: so each has chunks of its own.
+    The file is written in place and has no footer before `close`. So an unfinished log can be recognised, and
+    read up to its end. mcap's writer has only one open chunk, which takes the signals. Pictures are buffered
+    here and written as a chunk of their own.
     """
 
     def __init__(self, path: Path) -> None:
-        """The log will be at `path`; a file that is there is replaced when the log is opened."""
+        """The log is written to `path`; an existing file is replaced when the log is opened."""
         self._path = path
         self._file: BufferedWriter | None = None
 
     def open(self, header: DriveHeader) -> None:
-        """Start the file with all that is known before the first frame.
+        """Start the file with everything that is known before the first frame.
 
         Raises:
             UserError: the file cannot be written there, or not whole.
@@ -105,10 +105,10 @@ class McapSink:
         file.flush()
 
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        """Add a frame; indices and times must rise.
+        """Add a frame; indices and times must increase.
 
-        The operating system has it within `SIGNALS_CHUNK_NS` of the drive's time, and its
-        pictures within `PICTURES_CHUNK_NS`.
+        It is passed to the operating system within `SIGNALS_CHUNK_NS` of the drive's time, and its pictures
+        within `PICTURES_CHUNK_NS`.
 
         Raises:
             UserError: the file cannot be written any further.
@@ -125,7 +125,7 @@ class McapSink:
             log_ns = max(result.time_ns, 0)
             gap_ns = 0 if self._last_ns is None else log_ns - self._last_ns
             self._last_ns = log_ns
-            end_ns = log_ns + 2 * gap_ns  # of the next frame, for which there must still be room
+            end_ns = log_ns + 2 * gap_ns  # end of the next frame, which must still fit into the chunk
             if self._pictures and end_ns - self._pictures[0].log_ns > mcap.PICTURES_CHUNK_NS:
                 self._end_pictures()
             elif self._signals_ns is not None and end_ns - self._signals_ns > mcap.SIGNALS_CHUNK_NS:
@@ -148,7 +148,7 @@ class McapSink:
 
     @contextmanager
     def _telling(self) -> Iterator[None]:
-        """Say what a failed write means to the person who runs the drive."""
+        """Turn an error while writing into a message for the user."""
         try:
             yield
         except OSError as error:
@@ -165,7 +165,7 @@ class McapSink:
         self._disk.sync()
 
     def _end_pictures(self) -> None:
-        """End the chunk of signals too: there is one chunk at a time."""
+        """Write the buffered pictures as a chunk; this also ends the chunk of signals."""
         self._writer.flush()
         for picture in self._pictures:
             self._add(mcap.VIDEO_TOPIC, picture.log_ns, picture.data)
@@ -179,7 +179,7 @@ class McapSink:
         self._add_pitch(result, log_ns)
 
     def _add_pitch(self, result: FrameResult, log_ns: int) -> None:
-        """Where the camera looks, if that is news: then the rows of the distances are others, too."""
+        """Write the camera's transform if its pitch has changed; the rows of the distances change with it."""
         header = self._header
         pitch_rad = pitch_now(header.calibration, result)
         if pitch_rad == self._pitch_rad:
