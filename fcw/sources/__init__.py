@@ -1,4 +1,4 @@
-"""Drives to read: `open_source` gives a `Source` for a path."""
+"""Reading drives: `open_source` gives the `Source` for a path."""
 
 from pathlib import Path
 
@@ -26,10 +26,10 @@ MCAP_SUFFIX = ".mcap"
 
 
 def check_path(path: Path) -> None:
-    """See that a name can be one of a file.
+    """Check that a path can name a file.
 
     Raises:
-        UserError: it is too long, holds a zero, or is no text; or what it names may not be looked at.
+        UserError: the name is too long, contains a zero byte or is not text, or access is denied.
     """
     try:
         path.stat()
@@ -43,20 +43,20 @@ def check_path(path: Path) -> None:
 
 
 def is_mcap(path: Path) -> bool:
-    """Whether a path is that of an MCAP file."""
+    """Whether a path is an MCAP file, by its suffix."""
     return path.suffix.lower() == MCAP_SUFFIX and path.is_file()
 
 
 def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str | None = None) -> Source:
-    """Open a drive, whatever kind it is: a video or MCAP file, a folder of pictures or videos, or a picture.
+    """Open a drive: a video or MCAP file, a folder of pictures or videos, or a single picture.
 
     Args:
         path: the file or folder.
-        frame_rate_hz: pictures per second of a folder without times; a video states its own.
-        topic: of an MCAP file, whose pictures; needed where it has several topics of them.
+        frame_rate_hz: pictures per second of a folder without times; a video states its own rate.
+        topic: the topic of an MCAP file whose pictures are read; needed if several topics have pictures.
 
     Raises:
-        UserError: nothing is there, it is none of these kinds, or an argument is not for its kind.
+        UserError: the path does not exist, is of no known kind, or an argument does not apply to its kind.
     """
     path = Path(path)
     check_path(path)
@@ -88,11 +88,11 @@ def open_source(path: Path | str, frame_rate_hz: float | None = None, topic: str
 
 
 def _videos_of(folder: Path) -> list[Path]:
-    """The videos of a folder, as a dash camera makes them of one drive; none where it holds pictures.
+    """The videos in a folder, which a dash camera made of one drive; none if the folder contains pictures.
 
     Raises:
-        UserError: there is one alone, which is the drive and has its calibration beside it; or there are
-            several, and pictures too.
+        UserError: there is only one video: then that file is the drive, and its calibration lies beside it;
+            or there are several videos and pictures too.
     """
     pictures, videos = files_in(folder, PICTURE_SUFFIXES), files_in(folder, VIDEO_SUFFIXES)
     if pictures and len(videos) > 1:

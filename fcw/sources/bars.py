@@ -1,9 +1,9 @@
-"""Pictures without the black bars, or another frame, around them.
+"""Cuts off the black bars, or another frame, around the pictures of a drive.
 
-A telephone's upright picture is often put into a wide one, and a wide one into a higher one, with black, or
-a blurred copy of it, beside or above and below it. A detector takes the edges of the bars for those of
-vehicles that fill the picture, and what the bars cut off for a whole vehicle; and what is known of cameras
-is known of their own pictures. So bars are cut off before anything looks.
+The upright picture of a phone is often put into a wide one, and a wide picture into a higher one, with black
+or a blurred copy of the picture beside it, or above and below it. A detector mistakes the edges of the bars
+for a vehicle that fills the picture, and a vehicle that a bar cuts off for a whole one. What is known of the
+kinds of camera also holds only for their own pictures. So the bars are cut off before anything else.
 """
 
 from collections.abc import Iterator
@@ -20,19 +20,20 @@ from fcw.sources.forwarding import ForwardingSource
 from fcw.units import NS_PER_S
 
 BLACK = 24
-"""No pixel of a bar is brighter, of 256: an encoder rings beside the picture's edge."""
+"""No pixel of a bar is brighter than this, of 255. It is not 0 because encoders ring at the picture's
+edge."""
 MEAN_BLACK = 6.0
-"""Nor is a row or column of a bar in the mean; a camera's own black at night has noise and lamps."""
+"""The mean of a bar's row or column is not above this; a picture's own black at night has noise and lamps."""
 LOOKS = 6
-"""Pictures over the drive that must all have the bars: one alone may be dark, or fade in."""
+"""So many pictures over the drive must all have the bars: a single picture may be dark, or fade in."""
 
 
 class CutSource(ForwardingSource):
-    """A part of another source's pictures.
+    """Gives a part of another source's pictures.
 
     Args:
-        source: the whole pictures.
-        part: from them to the part.
+        source: the source of the whole pictures.
+        part: the map from whole pictures to the part.
 
     Attributes:
         part: as given.
@@ -44,27 +45,27 @@ class CutSource(ForwardingSource):
 
     @property
     def image_size(self) -> ImageSize:
-        """The part's."""
+        """The size of the part."""
         return self.part.size
 
     @property
     def whole_size(self) -> ImageSize:
-        """Of the whole pictures."""
+        """The size of the whole pictures."""
         return super().image_size
 
     @property
     def relays_video(self) -> bool:
-        """Never: the packets hold the whole pictures."""
+        """Always False: the packets contain the whole pictures."""
         return False
 
     @property
     def coded_anew(self) -> str:
-        """Why there are no packets."""
+        """Why frames carry no packets."""
         return super().coded_anew or "bars around them are cut off"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The source's, and what was cut off."""
+        """The source's notes, and what was cut off."""
         sides = [name for name, px in (("beside", self.part.left_px), ("above", self.part.top_px)) if px]
         where = " and ".join("above and below" if side == "above" else side for side in sides)
         return (
@@ -74,7 +75,7 @@ class CutSource(ForwardingSource):
         )
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-        """The source's, cut."""
+        """The source's frames, cut to the part."""
         left, top, size = self.part.left_px, self.part.top_px, self.part.size
         for frame in super().frames(start_ns):
             image = np.ascontiguousarray(frame.image[top : top + size.height, left : left + size.width])
@@ -82,19 +83,21 @@ class CutSource(ForwardingSource):
 
 
 def without_bars(source: Source) -> tuple[Source, PixelMap | None]:
-    """A source without the bars around its pictures, and the map to what is left; None where it has none.
+    """A source without the bars around its pictures, and the map to the rest; None if there are no bars.
 
-    What has no known length, such as a camera, is left as it is.
+    A source of unknown length, such as a camera, is returned as it is.
     """
     part = _picture_in(source)
     return (source, None) if part is None else (CutSource(source, part), part)
 
 
 def for_pictures(calibration: Calibration, source: Source) -> Calibration:
-    """A calibration for a source's pictures; also one of them with their bars, or of what bars leave of them.
+    """Adapt a calibration to the pictures of a source.
+
+    The calibration may be for these pictures, for the same pictures with their bars, or without them.
 
     Raises:
-        UserError: it is of pictures of another shape.
+        UserError: the calibration is for pictures of another shape.
     """
     size = calibration.image_size
     if isinstance(source, CutSource):
@@ -108,7 +111,7 @@ def for_pictures(calibration: Calibration, source: Source) -> Calibration:
 
 
 def _picture_in(source: Source) -> PixelMap | None:
-    """The part of the pictures that is not always black, or a frame; None where it is all of them."""
+    """The part of the pictures without black bars or a frame; None if that is the whole picture."""
     least: NDArray[np.int64] | None = None
     borders = Borders()
     for image in _looks(source):
@@ -125,7 +128,7 @@ def _picture_in(source: Source) -> PixelMap | None:
 
 
 def _looks(source: Source) -> Iterator[NDArray[np.uint8]]:
-    """Pictures spread over a drive, the first one first; none of one without a known length."""
+    """Pictures spread over a drive, beginning with the first; none if its length is unknown."""
     count, rate_hz = source.frame_count, source.frame_rate_hz
     if count is None:
         return
@@ -140,7 +143,10 @@ def _looks(source: Source) -> Iterator[NDArray[np.uint8]]:
 
 
 def _margins(image: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Black columns left and right, and black rows above and below; 0 of sides that are not as wide."""
+    """Numbers of black columns left and right, and of black rows above and below.
+
+    They are 0 unless both of two opposite sides are about equally wide.
+    """
     peak = image.max(axis=2)
     margins = np.zeros(4, np.int64)
     for axis in (0, 1):
@@ -152,7 +158,7 @@ def _margins(image: NDArray[np.uint8]) -> NDArray[np.int64]:
 
 
 def _without(size: ImageSize, margins: NDArray[np.int64]) -> PixelMap:
-    """The map to what margins leave: of even width and height, as video is encoded."""
+    """The map to the part within the margins, with even width and height as video encoders need."""
     left, right, top, bottom = (int(px) for px in margins)
     width, height = size.width - left - right, size.height - top - bottom
     return PixelMap(ImageSize(width - width % 2, height - height % 2), left_px=left, top_px=top)

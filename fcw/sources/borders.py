@@ -1,7 +1,7 @@
-"""The frame that somebody put around a picture: of one colour, a blurred copy of it, or a player's window.
+"""Finds a frame that somebody put around a picture: one colour, a blurred copy, or a player's window.
 
-Its inner edge is straight, and in all pictures in the same place; nothing that a camera sees is so on two
-opposite sides. Beyond it nothing is to be seen that is sharp, or nothing that changes.
+Its inner edges are straight and in the same place in all pictures. Nothing that a camera sees is like that on
+two opposite sides. Outside these edges, nothing is sharp, or nothing changes.
 """
 
 import math
@@ -11,36 +11,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 LEAST_PART = 0.02
-"""Of the width or height, at either side: thinner ones are an encoder's margin."""
+"""Smallest border on each side, as a part of the width or height: thinner ones are an encoder's margin."""
 UNEVEN_PART = 0.02
-"""The two sides differ by no more of it: a visor or a black sky is seldom as high as a bonnet."""
+"""Largest difference between the two sides: a visor or a black sky is seldom as high as a bonnet."""
 LARGEST_PART = 0.45
-"""A wider border would leave next to nothing."""
+"""A wider border would leave next to nothing of the picture."""
 LEAST_EDGE = 15.0
-"""Mean step of the grey values along the inner edges, in every picture. In 40 clips without a frame no two
-edges that could be one's have more than 12.6 both, and 4.6 where they are as straight as a frame's; where a
-frame was drawn, 29 and more."""
+"""Least mean step of the grey values along the inner edges, in every picture. In 40 clips without a frame,
+the weaker of two edges that could be a frame's has at most 12.6, and at most 4.6 if both are as straight as a
+frame's. In clips with a drawn frame it has 29 or more."""
 BESIDE_PX, LEAST_TIMES = 4, 3.0
-"""Such a step is so many times that of the rows so far beside it: a visor's edge is never as straight."""
+"""The step is at least so many times the step so many rows beside it. A visor's edge is less straight."""
 FEWEST = 2
-"""Pictures that tell a frame from what one shows by chance."""
+"""So many pictures are needed to tell a frame from what a single picture shows by chance."""
 LARGEST_DETAIL, LARGEST_CHANGE = 0.2, 0.1
-"""What is beyond has at most so much of the picture's detail, or of its change. In those clips it has 0.24
-and more of the one, 0.32 and more of the other; in the frames 0.05 of one of them at most."""
+"""Largest detail, or change, outside the edges, as a part of that inside. In the clips without a frame these
+are at least 0.24 and 0.32. In the drawn frames one of the two is at most 0.05."""
 SMALLEST_PX = 16
 """A smaller picture has no room for a frame."""
 LEAST_CHANGE = 1.0
-"""Of the picture in grey values: less does not tell a frame from a scene that stands."""
+"""Least change inside the edges, in grey values. With less, a frame looks like a scene at rest."""
 FloatArray = NDArray[np.float32]
 
 
 class _Side(NamedTuple):
-    """Of one direction, by row or column, of one picture.
+    """What the rows, or the columns, of one picture show.
 
     Attributes:
-        edge: (N - 1,) mean step to the next one.
-        detail: (N,) mean step along it.
-        change: (N,) mean change since the picture before; None in the first.
+        edge: (N - 1,) mean step to the next row or column.
+        detail: (N,) mean step along the row or column.
+        change: (N,) mean change since the picture before; None for the first picture.
     """
 
     edge: FloatArray
@@ -49,11 +49,11 @@ class _Side(NamedTuple):
 
 
 class Borders:
-    """Looks for a frame in some pictures of a drive."""
+    """Looks for a frame in several pictures of a drive."""
 
     def __init__(self) -> None:
         self._sides: tuple[list[_Side], list[_Side]] = ([], [])
-        """By column, and by row."""
+        """By column and by row, one entry for each picture."""
         self._last: NDArray[np.int16] | None = None
 
     def see(self, image: NDArray[np.uint8]) -> None:
@@ -76,19 +76,19 @@ class Borders:
 
     @property
     def may_be(self) -> bool:
-        """Whether there may be a frame, by the pictures so far."""
+        """Whether the pictures so far may have a frame."""
         return any(_margins(sides).any() for sides in self._sides)
 
     @property
     def margins(self) -> NDArray[np.int64]:
-        """Columns left and right, and rows above and below, of the frame; 0 where there is none."""
+        """Columns left and right, and rows above and below, that the frame takes; 0 if there is none."""
         if len(self._sides[0]) < FEWEST:
             return np.zeros(4, np.int64)
         return np.concatenate([_margins(sides) for sides in self._sides])
 
 
 def _margins(sides: list[_Side]) -> NDArray[np.int64]:
-    """Of both sides of one direction."""
+    """Widths of the frame's two sides in one direction; 0 if there is no frame."""
     none = np.zeros(2, np.int64)
     if not sides:
         return none
@@ -127,5 +127,5 @@ def _edges(edge: FloatArray) -> tuple[int, int, float]:
 
 
 def _part(values: FloatArray, beyond: NDArray[np.bool_]) -> float:
-    """Mean of what is beyond, as a part of that of the picture."""
+    """The mean outside the edges, as a part of the mean inside."""
     return float(values[beyond].mean() / max(values[~beyond].mean(), 1e-6))

@@ -1,4 +1,4 @@
-"""A camera: a device of this computer, or a stream on the network, by FFmpeg's libraries."""
+"""Reads a camera, which is a device of this computer or a network stream, with FFmpeg's libraries."""
 
 import re
 import sys
@@ -26,34 +26,34 @@ from fcw.units import NS_PER_S
 
 OPEN_TIMEOUT_S, READ_TIMEOUT_S = 10.0, 10.0
 RETURNS_WITHIN_S = 60.0
-"""A camera that is gone is looked for so long: one that had lost its power takes half a minute."""
+"""How long a lost camera is tried again. After a loss of power, a camera takes half a minute to return."""
 LONGEST_PAUSE_S = 5
-"""Between two looks; the first ones come after 1, 2, 3 and 4 s."""
+"""Longest pause between two tries; the first ones come after 1, 2, 3 and 4 s."""
 CONNECTING = "the camera is gone; connecting again"
 DEVICE_FORMATS = {"linux": "v4l2", "darwin": "avfoundation"}
-"""FFmpeg's inputs for the cameras of a computer, which count them."""
+"""FFmpeg's input formats for the cameras of a computer, which are numbered."""
 OWN_CLOCKS = ("rtsp", "mpegts", "flv", "hls", "video4linux2,v4l2", "avfoundation")
-"""Inputs whose times are the camera's own, whatever bursts the network makes of them; for others FFmpeg
-counts frames, and the arrival says more."""
+"""Inputs whose times come from the camera's own clock, even if the network delivers pictures in bursts. For
+other inputs FFmpeg only counts frames, so the time of arrival is better."""
 PLAYLISTS = ("hls", "dash")
-"""Inputs whose size is that of a list, not of the drive."""
+"""Inputs whose stated size is the size of a list, not of the drive."""
 CLOCK_SET_NS = NS_PER_S
-"""A clock that goes back by more, or forward by so much more than the next picture took to come, was set
-anew, as by a time server: later times go on from the last one."""
+"""If a camera's clock goes back by more than this, or ahead of the time that passed by more than this, it was
+set, as by a time server. Times then continue from the last one."""
 STRICT_OPTIONS = {"err_detect": "explode"}
-"""Else FFmpeg's decoder gives a damaged JPEG as if it were whole, grey or shifted from the damage on."""
+"""Without it, FFmpeg decodes a damaged JPEG as if it were whole, grey or shifted after the damage."""
 STREAM_OPTIONS = {"flags": "low_delay", "rtsp_transport": "tcp"}
 DEFAULT_PORTS = {"rtsp": 554, "http": 80, "https": 443, "rtmp": 1935}
 _NOT_FOR_NAMES = re.compile(r"[^A-Za-z0-9._-]+")
 
 
 def is_camera(address: str) -> bool:
-    """Whether an address is that of a camera: a number, a video device, or a URL."""
+    """Whether an address names a camera: a number, a video device, or a URL."""
     return address.isdecimal() or address.startswith("/dev/video") or "://" in address
 
 
 def camera_name(address: str) -> str:
-    """What a camera is called in logs and file names: of a URL host, port and path, and no password."""
+    """A camera's name in logs and file names; for a URL its host, port and path, without the password."""
     if address.isdecimal() or "://" not in address:
         return f"camera-{address.removeprefix('/dev/video')}"
     try:
@@ -66,31 +66,31 @@ def camera_name(address: str) -> str:
 
 
 class CameraSource:
-    """Pictures of a camera from the moment on at which they are asked for; there is no end.
+    """Gives the pictures of a camera from the moment at which they are asked for, without an end.
 
     Attributes:
         name: `camera-0`, or host, port and path of a URL.
-        image_size: of the first picture.
-        frame_count: None, as a camera has no end.
-        frame_rate_hz: as the camera states it.
-        relays_video: False, as few cameras give what a log can hold.
+        image_size: size of the first picture, and of all others.
+        frame_count: None, because a camera has no end.
+        frame_rate_hz: pictures per second as the camera states them.
+        relays_video: False, because few cameras give packets that a log can hold.
         notes: why the pictures ended.
-        trouble: why no picture comes at present, or any more; empty while they come.
-        recorded: whether the stream is a recording after all, which the network gives as fast as it can.
+        trouble: why no picture comes now, or will come any more; empty while pictures come.
+        recorded: whether the stream is a recording after all, which comes as fast as the network allows.
     """
 
     frame_count = None
     relays_video = False
 
     def __init__(self, address: str, wanted_size: ImageSize | None = None) -> None:
-        """Look at the first picture.
+        """Open the camera and read its first picture.
 
         Args:
             address: a number, `/dev/video0`, or a URL that FFmpeg knows (rtsp, http ...).
-            wanted_size: asked of a device, which has several; a stream has the one that it has.
+            wanted_size: requested from a device, which may offer several; a stream has only one.
 
         Raises:
-            UserError: there is no camera there, or it gives no picture.
+            UserError: there is no camera at the address, or it gives no picture.
         """
         self._address, self._wanted_size = address, wanted_size
         self.name = camera_name(address)
@@ -112,12 +112,12 @@ class CameraSource:
             self.recorded = container.duration is not None
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-        """Pictures as they come; times begin with 0 at the first one.
+        """Pictures as they come, with times that begin at 0.
 
-        Where the connection is lost a new one is made, for `RETURNS_WITHIN_S`; times go on.
+        A lost connection is opened again if that succeeds within `RETURNS_WITHIN_S`; times continue.
 
         Args:
-            start_ns: those before it are left out.
+            start_ns: earlier pictures are left out.
         """
         self.notes, self.trouble = (), ""
         times, index, tries, lost, lost_s = _Times(), 0, 0, "", 0.0
@@ -147,7 +147,7 @@ class CameraSource:
                 reason = "nothing answers there"
             if tries == 0:
                 lost, lost_s = reason, time.monotonic()
-            if ends:  # of a file a new connection would begin anew
+            if ends:  # a new connection would play the file from its start
                 self._end(f"the camera is gone ({lost})")
                 return
             if time.monotonic() - lost_s >= RETURNS_WITHIN_S:
@@ -157,13 +157,13 @@ class CameraSource:
             time.sleep(min(tries, LONGEST_PAUSE_S))
 
     def _end(self, reason: str) -> None:
-        """Say why no picture will come any more."""
+        """Record why no more pictures will come."""
         self.trouble, self.notes = reason, (f"{self.name}: {reason}",)
 
     def _pictures(
         self, container: InputContainer, stream: VideoStream
     ) -> Iterator[tuple[Packet, VideoFrame]]:
-        """Decoded pictures and their packets; damaged ones are left out, as far as FFmpeg tells."""
+        """Decoded pictures and their packets, without those that FFmpeg reports as damaged."""
         for packet in container.demux(stream):
             try:
                 pictures = packet.decode()
@@ -194,7 +194,7 @@ class CameraSource:
             yield container, stream
 
     def _where(self) -> tuple[str, str | None, dict[str, str]]:
-        """What FFmpeg opens: the file, its input format, options."""
+        """What FFmpeg opens: the file, its input format and the options."""
         if "://" in self._address:
             return self._address, None, STREAM_OPTIONS
         format_name = DEVICE_FORMATS.get(sys.platform)
@@ -209,7 +209,7 @@ class CameraSource:
 
 
 def _is_whole_jpeg(packet: Packet, stream: VideoStream) -> bool:
-    """Whether a packet is a JPEG without fault to the strict decoder: some cameras' all have one."""
+    """Whether the strict decoder accepts a packet as a JPEG; some cameras send only slightly faulty ones."""
     if stream.codec_context.name != "mjpeg":
         return False
     decoder = VideoCodecContext.create("mjpeg", "r")
@@ -221,9 +221,9 @@ def _is_whole_jpeg(packet: Packet, stream: VideoStream) -> bool:
 
 
 class _Times:
-    """Times of a camera's pictures, from 0 on: by its own clock if it has one, else by their arrival.
+    """Times of a camera's pictures from 0, by the camera's own clock if it has one, else by their arrival.
 
-    Over each loss of the connection they go on by our clock.
+    Across a loss of the connection, times continue by our clock.
     """
 
     def __init__(self) -> None:
@@ -231,14 +231,14 @@ class _Times:
         self._last_s, self._last_ns = 0.0, -1
         self._own_clock = self._recorded = False
         self._zero_ns: int | None = None
-        """What the camera's clock shows at time 0; None until a picture tells."""
+        """What the camera's clock shows at time 0; None until the first picture of the connection."""
 
     def connected(self, own_clock: bool, recorded: bool) -> None:
-        """Pictures of a new connection follow, with a clock of their own or without, in real time or not."""
+        """Begin a new connection, with or without a clock of its own, recorded or in real time."""
         self._own_clock, self._recorded, self._zero_ns = own_clock, recorded, None
 
     def of(self, stamp_ns: int | None) -> int:
-        """Time of the picture that came just now, by what the camera's clock says of it."""
+        """The time of the picture that has just come, given its time on the camera's clock."""
         now_s = time.monotonic()
         if self._first_s is None:
             self._first_s = self._last_s = now_s
@@ -248,7 +248,7 @@ class _Times:
             goes_on_ns = max(self._last_ns, 0) + passed_ns
             time_ns = goes_on_ns if self._zero_ns is None else stamp_ns - self._zero_ns
             step_ns = time_ns - self._last_ns
-            # A recording comes as fast as the network gives it.
+            # A recording comes as fast as the network allows.
             sprang = not self._recorded and step_ns > passed_ns + CLOCK_SET_NS
             if self._last_ns >= 0 and (sprang or step_ns < -CLOCK_SET_NS):
                 time_ns = goes_on_ns

@@ -1,4 +1,4 @@
-"""A source that somebody brings along: each of its pictures is looked at before anything takes it for one."""
+"""Checks the frames of a source that the user plugs in."""
 
 from collections.abc import Iterator
 
@@ -10,22 +10,22 @@ from fcw.sources.forwarding import ForwardingSource
 
 
 class CheckedSource(ForwardingSource):
-    """Another source's frames, as long as their pictures are what `Frame` says.
+    """Gives another source's frames and checks that they are what `Frame` promises.
 
-    Smaller pictures than stated, or a fourth channel, would else be taken, with distances that are wrong.
+    Without the check, pictures of another size or with a fourth channel would give wrong distances.
     """
 
     @property
     def zero_utc_ns(self) -> int | None:
-        """The source's, if it may know it."""
+        """The source's, if it has one."""
         return self._source.zero_utc_ns if isinstance(self._source, DatedSource) else None
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-        """The source's.
+        """The source's frames.
 
         Raises:
-            UserError: a picture is of another shape or type than it must be, or a time is no whole number or
-                before that of the frame before.
+            UserError: a picture has a wrong shape or type, or a time is not a whole number or is earlier than
+                the time of the frame before.
         """
         size = self.image_size
         shape = (size.height, size.width, 3)

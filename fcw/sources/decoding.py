@@ -1,4 +1,4 @@
-"""One pass over a video file by FFmpeg's libraries, surviving damage and counting it."""
+"""One pass over a video file with FFmpeg's libraries, which survives damage and counts it."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -21,18 +21,18 @@ from fcw.sources import h264
 from fcw.units import NS_PER_S
 
 _SEEK_MARGINS_S = (0, 10)
-"""Containers without an index are searched by bytes and land behind a keyframe: try again further ahead."""
+"""In containers without an index, a seek may land after the keyframe; then seek again so much earlier."""
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
-    """The file's demuxer and its first stream of moving pictures.
+    """Open a file: its demuxer and its first stream of moving pictures.
 
-    Decoding uses slice threads only: frame threads are faster where a picture is one slice, but a decoder
-    that uses them and is dropped before it is flushed waits for ever.
+    Decoding uses slice threads only. Frame threads are faster if a picture is one slice, but a decoder that
+    uses them and is dropped before it is flushed waits for ever.
 
     Raises:
-        UserError: the file is no video, its codec is unknown here, or its pictures are too large.
+        UserError: the file is not a video, its codec is unknown here, or its pictures are too large.
     """
     try:
         # A name may look like a URL (12:30:05.mp4), and a playlist may name one.
@@ -74,7 +74,7 @@ def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
 
 
 def moving_pictures(container: InputContainer) -> list[VideoStream]:
-    """A file's videos, without the still pictures that are attached to it, as covers are."""
+    """The video streams of a file, without attached still pictures such as covers."""
     return [s for s in container.streams.video if not s.disposition & Disposition.attached_pic]
 
 
@@ -82,15 +82,15 @@ class Decoding:
     """One pass over an opened file.
 
     Attributes:
-        packets_read: packets that the file gave.
-        undecodable: packets that the decoder refused.
-        error: why reading ended before the end; None where it did not.
+        packets_read: number of packets read from the file.
+        undecodable: number of packets that the decoder refused.
+        error: why reading stopped before the end of the file; None if it did not.
     """
 
     def __init__(
         self, container: InputContainer, stream: VideoStream, *, relay: bool = False, sought: bool = False
     ) -> None:
-        """Start where the container stands, after a seek at the next keyframe; `relay` keeps the packets."""
+        """Start at the container's position; after a seek, at the next keyframe. `relay` keeps packets."""
         self.packets_read = 0
         self.undecodable = 0
         self.error: str | None = None
@@ -101,7 +101,7 @@ class Decoding:
         self._pending: deque[tuple[bytes, int, bool]] = deque()
 
     def packets(self) -> Iterator[Packet]:
-        """Packets up to the end, or to where the file cannot be read on."""
+        """Packets up to the end, or up to where the file can no longer be read."""
         try:
             for packet in self._container.demux(self._stream):
                 self._skip_to_keyframe &= not packet.is_keyframe
@@ -112,7 +112,7 @@ class Decoding:
             self.error = str(error.strerror)
 
     def pictures(self) -> Iterator[VideoFrame]:
-        """Every picture that decodes and is meant to be shown, in the order of presentation."""
+        """All pictures that decode and are meant to be shown, in presentation order."""
         for packet in self.packets():
             try:
                 pictures = self._stream.decode(packet)
@@ -131,7 +131,7 @@ class Decoding:
             self.undecodable += 1
 
     def take_packets(self, time_ns: int) -> tuple[VideoPacket, ...]:
-        """Packets up to the one shown at `time_ns`, in decoding order; none where that has no packet."""
+        """Packets up to the one shown at `time_ns`, in decoding order; none if there is no such packet."""
         if all(packet_ns != time_ns for _, packet_ns, _ in self._pending):
             return ()
         taken: list[VideoPacket] = []
@@ -142,7 +142,7 @@ class Decoding:
 
 
 def seek_before(container: InputContainer, stream: VideoStream, time_ns: int) -> bool:
-    """Go to a packet from which the picture at `time_ns` can be decoded; False where none is found."""
+    """Seek to a packet from which the picture at `time_ns` can be decoded; False if there is none."""
     for margin_s in _SEEK_MARGINS_S:
         target = to_pts(time_ns - margin_s * NS_PER_S, stream)
         try:
@@ -157,17 +157,17 @@ def seek_before(container: InputContainer, stream: VideoStream, time_ns: int) ->
 
 
 def announced_packets(container: InputContainer, stream: VideoStream) -> int:
-    """Packets that the whole file has; 0 where unknown.
+    """Number of packets in the whole file; 0 if unknown.
 
-    In MP4 the index counts: edit lists have been applied to it.
+    For MP4 it is that of the index, to which edit lists have been applied.
     """
     return len(stream.index_entries) if "mp4" in container.format.name else stream.frames
 
 
 def annex_b_filter(stream: VideoStream) -> BitStreamFilterContext | None:
-    """FFmpeg's filter that puts H.264 into Annex B form, parameter sets before each IDR picture.
+    """FFmpeg's filter to H.264 in Annex B form, with parameter sets before each IDR picture.
 
-    None where the stream's own parameter sets are damaged.
+    None if the stream's own parameter sets are damaged.
     """
     try:
         return BitStreamFilterContext("h264_mp4toannexb", stream)
@@ -176,7 +176,7 @@ def annex_b_filter(stream: VideoStream) -> BitStreamFilterContext | None:
 
 
 def in_annex_b(annex_b: BitStreamFilterContext, packet: Packet) -> bytes:
-    """A packet's data in Annex B form, empty where it is damaged. Empties the packet."""
+    """A packet's data in Annex B form; empty if the packet is damaged. Empties the packet."""
     try:
         return b"".join(bytes(part) for part in annex_b.filter(packet))
     except FFmpegError:
@@ -184,10 +184,10 @@ def in_annex_b(annex_b: BitStreamFilterContext, packet: Packet) -> bytes:
 
 
 def is_plain_picture(annex_b: BitStreamFilterContext, packet: Packet) -> bool:
-    """Whether a packet can stand in a log as it is. Empties the packet.
+    """Whether a log can hold a packet as it is. Empties the packet.
 
-    It must hold no B slice, and where decoding can start it must be an IDR picture with its parameter sets.
-    A packet that is damaged beyond reading does not matter: it is not relayed.
+    It must contain no B slice. A keyframe must be an IDR picture with its parameter sets. A packet that is
+    too damaged to read does not matter: it is not relayed.
     """
     keyframe = packet.is_keyframe
     data = in_annex_b(annex_b, packet)
@@ -200,7 +200,7 @@ def is_plain_picture(annex_b: BitStreamFilterContext, packet: Packet) -> bool:
 
 
 def to_ns(pts: int, stream: VideoStream) -> int:
-    """Stream ticks to the nearest nanosecond, in whole numbers."""
+    """Convert stream ticks to nanoseconds, rounded to the nearest, in integer arithmetic."""
     num, den = _time_base(stream)
     return (2 * pts * num * NS_PER_S + den) // (2 * den)
 

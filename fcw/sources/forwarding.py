@@ -1,4 +1,4 @@
-"""A source that stands before another one."""
+"""A source that passes on what another source gives."""
 
 from collections.abc import Iterator
 
@@ -9,7 +9,7 @@ from fcw.frame import CameraLike, Frame, ImageSize, Source, TimedSource, VideoLi
 
 
 class ForwardingSource:
-    """Says and gives what another source does; a subclass changes what it is for."""
+    """Passes on everything of another source; a subclass changes what it needs to."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -36,7 +36,7 @@ class ForwardingSource:
 
     @property
     def times_ns(self) -> NDArray[np.int64] | None:
-        """Times of all frames, where the source knows them before it decodes; else None."""
+        """Times of all frames, if the source knows them before decoding; else None."""
         return self._source.times_ns if isinstance(self._source, TimedSource) else None
 
     @property
@@ -46,17 +46,17 @@ class ForwardingSource:
 
     @property
     def coded_anew(self) -> str:
-        """Why the frames carry no packets, where the source is a video; else empty."""
+        """Why the frames carry no packets, if the source is a video; else empty."""
         return self._source.coded_anew if isinstance(self._source, VideoLike) else ""
 
     @property
     def recorded(self) -> bool:
-        """Whether the drive is a recording, as all sources are but cameras."""
+        """Whether the drive is a recording; all sources except cameras are."""
         return is_recorded(self._source)
 
     @property
     def trouble(self) -> str:
-        """Why no picture comes from a camera at present; empty while they come, and for a recording."""
+        """Why a camera gives no picture now; empty while pictures come, and for a recording."""
         return self._source.trouble if isinstance(self._source, CameraLike) else ""
 
     @property

@@ -1,4 +1,4 @@
-"""What must be known of an H.264 access unit before it is handed on: ITU-T H.264, clause 7.3 and Annex B."""
+"""What must be known of an H.264 access unit before it is relayed: ITU-T H.264, clause 7.3 and Annex B."""
 
 from dataclasses import dataclass
 
@@ -6,9 +6,9 @@ _START_CODE = b"\x00\x00\x01"
 _SLICE, _IDR_SLICE, _SPS, _PPS = 1, 5, 7, 8
 _B_SLICE = 1
 _HEVC_PARAMETER_SETS = 32
-"""Of the types in H.265 the first that is no slice (ITU-T H.265, table 7-1)."""
+"""The first NAL unit type of H.265 that is not a slice (ITU-T H.265, table 7-1)."""
 _SLICE_HEADER_BYTES = 16
-"""Holds the first two Exp-Golomb numbers of a slice header, of at most 32 bits each, with room to spare."""
+"""More than enough for the first two Exp-Golomb numbers of a slice header, of at most 32 bits each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,8 +16,8 @@ class AccessUnit:
     """The properties of one encoded picture that decide whether it can be relayed.
 
     Attributes:
-        idr: whether decoding can start here.
-        parameter_sets: whether it brings its own SPS and PPS.
+        idr: whether decoding can start at it.
+        parameter_sets: whether it contains its own SPS and PPS.
         bidirectional: whether its first slice is a B slice.
     """
 
@@ -27,7 +27,7 @@ class AccessUnit:
 
 
 def inspect(annex_b: bytes) -> AccessUnit | None:
-    """Look at an access unit in Annex B form up to its first slice; None where it holds no slice."""
+    """Read an access unit in Annex B form up to its first slice; None if it contains no slice."""
     kinds: set[int] = set()
     start = annex_b.find(_START_CODE)
     while start >= 0 and start + 3 < len(annex_b):
@@ -42,12 +42,12 @@ def inspect(annex_b: bytes) -> AccessUnit | None:
 
 
 def is_annex_b(data: bytes) -> bool:
-    """Whether a packet begins with a start code, and not with a length as those in an MP4 file."""
+    """Whether a packet begins with a start code, and not with a length as in an MP4 file."""
     return data.startswith((_START_CODE, b"\0" + _START_CODE))
 
 
 def holds_picture(annex_b: bytes, codec: str) -> bool:
-    """Whether a packet in Annex B form holds a slice of a picture; True of codecs that are not known here."""
+    """Whether a packet in Annex B form contains a slice of a picture; True for codecs unknown here."""
     if codec == "h264":
         return inspect(annex_b) is not None
     if codec != "hevc":

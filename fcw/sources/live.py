@@ -1,4 +1,4 @@
-"""Any source as it happens: played at its own rate, the latest picture only, as a live pipeline needs it."""
+"""Plays any source in real time and gives only its latest picture, as a live pipeline needs it."""
 
 import threading
 import time
@@ -15,11 +15,11 @@ from fcw.sources.forwarding import ForwardingSource
 from fcw.units import NS_PER_S
 
 PATIENCE_S = 120.0
-"""A source that gives nothing for so long is taken to be gone; a camera gives up sooner, with its reason."""
+"""A source that gives nothing for so long counts as gone. A camera gives up sooner, with a reason."""
 LONGEST_WAIT_S = 2.0
-"""A recording's next picture is shown after so long at most: its stamps may have a gap of hours."""
+"""Longest wait for a recording's next picture: its times may have a gap of hours."""
 CAPTURES_KEPT = 32
-"""Pictures remembered for who shows results; more than a pipeline has under way."""
+"""Number of pictures kept for those who show results; more than a pipeline has under way."""
 STOP_CHECK_S = 0.05
 
 
@@ -37,26 +37,27 @@ class Capture:
 
 
 class LiveSource(ForwardingSource):
-    """Frames of another source as they are due: a thread of its own reads on, and the latest one wins.
+    """Gives the frames of another source when they are due. A thread reads ahead, and the latest frame wins.
 
-    A recording is played at its own rate, but for gaps of more than `LONGEST_WAIT_S`. Frames that nobody was
-    ready for are dropped, not shown late; the packets of a relayed video are all handed on, those of dropped
-    frames marked as not shown, so that a log's video still decodes. Frames are numbered anew, without gaps.
+    A recording is played at its own rate, except for gaps longer than `LONGEST_WAIT_S`. A frame that was not
+    taken in time is dropped and not shown late. All packets of a relayed video are passed on, those of
+    dropped frames marked as not shown, so that the video in the log still decodes. Frames are numbered anew,
+    without gaps.
 
     Attributes:
-        dropped: how many frames nobody was ready for.
+        dropped: how many frames were dropped.
         duration_s: from the first frame to the latest.
     """
 
     def __init__(
         self, source: Source, stop: threading.Event, paced: bool = True, clock: Clock | None = None
     ) -> None:
-        """Nothing is read before `frames`.
+        """Prepare; nothing is read before `frames` is called.
 
         Args:
-            source: what is played; its frames' times rise.
-            stop: once set the frames end.
-            paced: whether frames wait for their time; those of a camera come when they come.
+            source: the source to play; the times of its frames rise.
+            stop: once it is set, the frames end.
+            paced: whether frames wait until they are due; those of a camera need not.
             clock: for tests.
         """
         super().__init__(source)
@@ -75,7 +76,7 @@ class LiveSource(ForwardingSource):
 
     @property
     def frame_count(self) -> int | None:
-        """None: how many will not be dropped is not known."""
+        """None: how many frames will be dropped is not known."""
         return None
 
     @property
@@ -85,7 +86,7 @@ class LiveSource(ForwardingSource):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The source's, and how many frames were dropped."""
+        """The source's notes, and how many frames were dropped."""
         notes = (*self._source.notes, *((f"{self.name}: {self._gone}",) if self._gone else ()))
         if not self.dropped:
             return notes
@@ -94,23 +95,23 @@ class LiveSource(ForwardingSource):
 
     @property
     def trouble(self) -> str:
-        """Why no picture comes at present, or any more; empty while they come, and after `stop`."""
+        """Why no picture comes now, or will come any more; empty while pictures come and after `stop`."""
         return "" if self._stop.is_set() else self._gone or super().trouble
 
     def now_s(self) -> float:
-        """The present moment on the clock of `Capture.captured_s`."""
+        """The current time on the clock of `Capture.captured_s`."""
         return self._clock.now_s()
 
     def capture(self, index: int) -> Capture | None:
-        """The picture of a frame given a moment ago; from any thread."""
+        """The picture of a recent frame; may be called from any thread."""
         with self._changed:
             return self._captures.get(index)
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-        """Frames as they happen, each the latest one at the moment it is asked for.
+        """Frames in real time, each the latest one at the moment it is asked for.
 
         Raises:
-            UserError: the source cannot be read (any more).
+            UserError: the source cannot be read, or no longer.
         """
         left = threading.Event()
         with self._changed:
@@ -133,7 +134,7 @@ class LiveSource(ForwardingSource):
             left.set()
 
     def _take(self) -> tuple[Frame, float] | None:
-        """Wait for a frame; None at the end."""
+        """Wait for the next frame; None at the end."""
         patience_s = time.monotonic() + PATIENCE_S
         with self._changed:
             while self._latest is None and not self._ended and not self._stop.is_set():
@@ -151,7 +152,7 @@ class LiveSource(ForwardingSource):
             return taken
 
     def _read(self, start_ns: int | None, left: threading.Event) -> None:
-        """Read on by the clock until nobody asks any more; in the reader's thread."""
+        """Read frames when they are due until `stop` or `left` is set; runs in the reader's thread."""
         try:
             started_s, first_ns = 0.0, None
             for frame in self._source.frames(start_ns):

@@ -1,4 +1,4 @@
-"""Setting pictures upright, and making their pixels square, as the file asks."""
+"""Turns pictures upright and makes their pixels square, as the file states."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 Orient = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
 
 SQUARE_WITHIN = 0.01
-"""854x480 is 16:9 only nearly, and says so."""
+"""Pixels this near to square count as square: 854x480 is only nearly 16:9, and states that."""
 WIDEST_PIXEL = 4.0
-"""Nobody's pixels are wider, or narrower, than this: a file that says so is wrong."""
+"""A file that states wider pixels, or narrower ones than its inverse, is wrong."""
 
 
 def squaring(stream: VideoStream, picture: VideoFrame) -> tuple[Orient, str]:
-    """How to make the pixels of a decoded picture square, and that in words; empty words where they are.
+    """How to make the pixels of a decoded picture square, and a description; empty if they are square.
 
     Anamorphic pictures (1440x1080 for 16:9) are stored narrower than they are shown, by the ratio of a
-    pixel's sides (ISO/IEC 14496-10, E.2.1). One focal length holds for both directions only once they are
-    as wide as they should be.
+    pixel's sides (ISO/IEC 14496-10, E.2.1). Only with square pixels does one focal length hold for both
+    directions.
     """
     ratio = stream.sample_aspect_ratio or Fraction(1)
     if abs(ratio - 1) < SQUARE_WITHIN or not 1 / WIDEST_PIXEL <= ratio <= WIDEST_PIXEL:
@@ -40,7 +40,7 @@ def squaring(stream: VideoStream, picture: VideoFrame) -> tuple[Orient, str]:
 
 
 def orientation(picture: VideoFrame) -> tuple[Orient, str]:
-    """How to set a decoded picture upright, and that in words; empty words where it is upright.
+    """How to turn a decoded picture upright, and a description; empty if it is upright.
 
     The display matrix (ISO/IEC 14496-12, 6.2.2) maps picture (x, y) to (a x + c y, b x + d y). Cameras turn
     by quarters and mirror, so only the signs count.
@@ -58,7 +58,7 @@ def orientation(picture: VideoFrame) -> tuple[Orient, str]:
         turned = image.swapaxes(0, 1) if transposed else image
         return np.ascontiguousarray(turned[:: -1 if flip_y else 1, :: -1 if flip_x else 1])
 
-    # Mirroring left and right first leaves a pure turn: by 90 or 270 degrees where x and y are exchanged.
+    # After mirroring left and right, a pure turn remains; by 90 or 270 degrees if x and y are exchanged.
     mirrored = transposed ^ flip_x ^ flip_y
     degrees = (90 if flip_x ^ mirrored else 270) if transposed else (180 if flip_y else 0)
     words = ["mirrored"] if mirrored else []

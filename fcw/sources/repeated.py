@@ -1,6 +1,6 @@
-"""Pictures that a video shows again: as one of 25 a second does when played at 30, or a stalled recorder.
+"""Finds pictures that a video repeats, for example 25 pictures a second stored at 30, or a stalled recorder.
 
-With each of them all vehicles would seem to stop, and to leap with the next new one.
+In each repeated picture all vehicles would seem to stop, and in the next new one to leap.
 """
 
 from collections import deque
@@ -12,28 +12,29 @@ from numpy.typing import NDArray
 from fcw.frame import Frame
 
 ROWS = 90
-"""About so many rows of a picture are looked at, and columns as far apart."""
+"""About so many rows of a picture are compared, and columns at the same spacing."""
 PARTS = (16, 9)
-"""Columns and rows of the parts into which a picture is cut."""
+"""Columns and rows of the parts into which a picture is divided."""
 MOST_CHANGE = 2.5
-"""Of the grey values in the mean of the part that changes most. Of four clips each picture was shown two or
-four times, or every fifth one twice, and encoded anew: 99 of 100 repeated ones changed by less than 2.6, in
-most clips by less than 2, and by day 99 of 100 new ones by more than 5."""
+"""Largest change of a repeated picture, in grey values: the mean over the part that changes most. In four
+clips each picture was shown two or four times, or every fifth one twice, and encoded again: 99 of 100
+repeated pictures changed by less than 2.6, in most clips by less than 2, and by day 99 of 100 new pictures
+changed by more than 5."""
 FEWEST_NEW, NEW_RATIO, LEAST_NEW = 4, 4.0, 1.0
-"""So many pictures of the second before the last new one changed so many times as much, and by so much. By
-night new ones change little, and repeated ones less; where we stand all change little, but for one or two a
-second that are encoded afresh."""
+"""In the second before the last new picture, at least so many pictures changed so many times as much as this
+one, and by so many grey values. At night new pictures change little, and repeated ones even less. While the
+own car stands, all change little, except one or two a second that are encoded in full."""
 LATELY_NS = 1_000_000_000
 LONGEST_NS = 1_000_000_000
-"""After that a picture counts as new, whatever it shows: where we stop, or in the dark, new ones may look so.
+"""After this time a picture counts as new in any case: at a stop or in the dark, new pictures look repeated.
 
-With 0.25 s recorders that stalled for half a second while we drove made false warnings of two clips, real and
-rendered, and with 1 and 2.5 s none.
+With 0.25 s, recorders that stalled for half a second on the move made false warnings in two clips, a real and
+a rendered one; with 1 s and 2.5 s there were none.
 """
 
 
 class RepeatedPictures:
-    """Tells the pictures of a drive that are shown again from new ones."""
+    """Tells repeated pictures of a drive from new ones."""
 
     def __init__(self) -> None:
         self._last: NDArray[np.uint8] | None = None
@@ -41,9 +42,9 @@ class RepeatedPictures:
         self._lately: deque[tuple[int, float]] = deque()
 
     def is_repeated(self, frame: Frame) -> bool:
-        """Whether the next frame shows the picture before once more."""
+        """Whether the next frame repeats the picture before."""
         step = max(min(frame.image.shape[:2]) // ROWS, 1)
-        # Green is most of what the eye takes for brightness.
+        # Green makes up most of the brightness.
         now, last, time_ns = frame.image[::step, ::step, 1].copy(), self._last, frame.time_ns
         self._last = now
         if last is None:

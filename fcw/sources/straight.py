@@ -1,4 +1,4 @@
-"""A source whose pictures are made straight: the one place where a lens, a roll and a yaw are undone."""
+"""Straightens the pictures of a source: the one place where distortion, roll and yaw are removed."""
 
 import math
 from collections.abc import Iterator
@@ -12,11 +12,11 @@ from fcw.sources.forwarding import ForwardingSource
 
 
 class StraightSource(ForwardingSource):
-    """Another source's frames as a level camera without distortion would have seen them.
+    """Gives another source's frames as a level camera without distortion would have seen them.
 
     Args:
-        source: the pictures as they are.
-        way: from them to the straight ones.
+        source: the source of the pictures as they are.
+        way: how they are straightened.
     """
 
     def __init__(self, source: Source, way: Straightening) -> None:
@@ -26,17 +26,17 @@ class StraightSource(ForwardingSource):
 
     @property
     def relays_video(self) -> bool:
-        """Never: the packets hold the pictures as they were."""
+        """Always False: the packets contain the pictures as they were."""
         return False
 
     @property
     def coded_anew(self) -> str:
-        """Why there are no packets."""
+        """Why frames carry no packets."""
         return super().coded_anew or "they are straightened"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The source's, and what was undone."""
+        """The source's notes, and what was removed."""
         orientation = self._way.orientation
         undone = [
             f"{name} of {math.degrees(angle_rad):+.1f} degrees"
@@ -48,13 +48,13 @@ class StraightSource(ForwardingSource):
         return (*super().notes, f"pictures straightened: {', '.join(undone)} removed")
 
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
-        """The source's, straight."""
+        """The source's frames, straightened."""
         for frame in super().frames(start_ns):
             yield replace(frame, image=self._way.image(frame.image, self._maps), packets=())
 
 
 def straightened(source: Source, calibration: Calibration) -> tuple[Source, Calibration]:
-    """A source and its calibration in straight pictures without bars; as they are where theirs are."""
+    """A source and its calibration for straight pictures without bars; unchanged if nothing is to do."""
     source, part = without_bars(source)
     if part is not None:
         calibration = calibration.through(part)

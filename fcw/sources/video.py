@@ -1,4 +1,4 @@
-"""Video files: pictures with their presentation times, and its own packets where a log can take them."""
+"""Reads video files: pictures with their times, and their packets if a log can hold them as they are."""
 
 import re
 from collections.abc import Iterator
@@ -31,14 +31,14 @@ from fcw.units import NS_PER_S
 
 MAXIMUM_FRAME_RATE_HZ = 1000.0
 FIRST_YEAR = 2000
-"""Clocks that were never set begin in 1904, 1970 or 1980."""
+"""Earlier years come from clocks that were never set: these begin in 1904, 1970 or 1980."""
 SHORTFALL_S = 1.0
-"""A file that ends this much before its stated length is called cut short; sound may outlast pictures."""
+"""A file that ends this much before its stated length counts as cut short; sound may outlast pictures."""
 PICTURES_SHORTFALL_S, PICTURES_SHORTFALL_PERIODS = 0.2, 4
-"""The same where the length of the pictures alone is stated: whole files end up to three of them before."""
+"""The same if the file states the length of the pictures alone; whole files lack up to three pictures."""
 
 REORDERING_NS = NS_PER_S
-"""B frames stand a few pictures out of order in a file; a clock that steps back further starts anew."""
+"""B frames are a few pictures out of order in a file; a clock that steps back further was started anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +46,11 @@ class _PacketTable:
     """What one pass over the packets shows, without decoding.
 
     Attributes:
-        times_ns: times of the packets meant to be shown, ascending.
-        relayable: every packet is one H.264 picture without B slices, they stand in the order of their times,
-            and wherever decoding can start the packet brings its parameter sets.
-        seekable: the clock never steps back, so that a time is found by going to it.
-        complete: every packet meant to be shown has a time of its own.
+        times_ns: times of the packets that are meant to be shown, ascending.
+        relayable: every packet is one H.264 picture without B slices, the packets are in the order of their
+            times, and every packet at which decoding can start contains its parameter sets.
+        seekable: the clock never steps back, so that seeking finds a time.
+        complete: every packet that is meant to be shown has a time of its own.
     """
 
     times_ns: NDArray[np.int64]
@@ -61,11 +61,11 @@ class _PacketTable:
 
 @dataclass(frozen=True, slots=True)
 class _StatedEnd:
-    """The end of a file by its own account.
+    """The end of a file as the file states it.
 
     Attributes:
-        time_ns: when it is.
-        shortfall_ns: by how much sooner the last picture of a whole file may be.
+        time_ns: the stated end.
+        shortfall_ns: how long before it the last picture of a whole file may be.
     """
 
     time_ns: int
@@ -73,24 +73,24 @@ class _StatedEnd:
 
 
 class _Clock:
-    """Times of pictures, always rising.
+    """Gives the times of pictures, always rising.
 
     Attributes:
         last_ns: time of the latest picture.
-        estimated: how often a picture had no time, or none after the picture before.
+        estimated: how many pictures had no time, or one that was not after the picture before.
     """
 
     def __init__(self, stream: VideoStream, period_ns: int, by_decoding: bool) -> None:
-        """`by_decoding` where the container states when to decode, but not when to show."""
+        """`by_decoding`: the container states when to decode a picture, but not when to show it."""
         self.last_ns: int | None = None
         self.estimated = 0
         self._stream, self._period_ns, self._by_decoding = stream, period_ns, by_decoding
         self._stepped_ns = 0
 
     def time_ns(self, picture: VideoFrame) -> int:
-        """The picture's own time; without one, a period after the picture before.
+        """The picture's own time; if it has none, one period after the picture before.
 
-        Where the stream's clock steps back, all later times move on with it.
+        After the stream's clock has stepped back, all later times are shifted so that they continue.
         """
         ticks = picture.dts if self._by_decoding else picture.pts
         own_ns = None if ticks is None else to_ns(ticks, self._stream) + self._stepped_ns
@@ -104,21 +104,21 @@ class _Clock:
 
 
 class VideoSource:
-    """Pictures of a video file.
+    """Reads the pictures of a video file.
 
     Attributes:
-        path: of the file.
-        image_size: of every picture, after rotation, with square pixels.
+        path: path of the file.
+        image_size: size of every picture after rotation, with square pixels.
         frame_rate_hz: average rate as the file states it.
-        zero_utc_ns: when it was created, as the file states it: UTC in nanoseconds since 1970, if the camera
-            knew; None where it states nothing.
+        zero_utc_ns: when the file was created, as it states: nanoseconds since 1970, in UTC if the camera
+            knew the zone; None if it states nothing.
     """
 
     def __init__(self, path: Path) -> None:
-        """Look into the file up to its first picture.
+        """Open the file and read its first picture.
 
         Raises:
-            UserError: the file is no video, its codec is unknown here, or no picture in it decodes.
+            UserError: the file is not a video, its codec is unknown here, or none of its pictures decodes.
         """
         self.path = path
         self._notes: tuple[str, ...] = ()
@@ -156,37 +156,37 @@ class VideoSource:
 
     @property
     def frame_count(self) -> int | None:
-        """Number of packets to be shown, found in one pass over the file; None where they have no times."""
+        """Number of packets to be shown, from one pass over the file; None if they have no times."""
         return len(self._packet_table.times_ns) or None
 
     @property
     def times_ns(self) -> NDArray[np.int64] | None:
-        """Times of all frames, ascending, found in one pass over the file without decoding.
+        """Times of all frames, ascending, from one pass over the file without decoding.
 
-        None where only decoding tells: pictures without a time of their own, or a clock that steps back. In a
-        damaged file some of the frames may turn out not to decode.
+        None if only decoding can tell: pictures have no time of their own, or the clock steps back. In a
+        damaged file, some of these frames may not decode.
         """
         table = self._packet_table
         return table.times_ns if table.seekable and table.complete else None
 
     @property
     def relays_video(self) -> bool:
-        """Whether frames carry packets: upright 8-bit 4:2:0 H.264 of square pixels, without B frames.
+        """Whether frames carry packets: upright 8-bit 4:2:0 H.264 with square pixels and no B frames.
 
-        The first call reads through the file once, without decoding, to look at every packet.
+        The first call reads every packet of the file once, without decoding.
         """
         return not self._other_form and self._packet_table.relayable
 
     @property
     def coded_anew(self) -> str:
-        """Why frames carry no packets, so that a log holds the pictures coded anew; empty where they do."""
+        """Why frames carry no packets, so that a log encodes the pictures again; empty if they carry them."""
         if self.relays_video:
             return ""
         return self._other_form or "the video has B frames, or others that a log cannot hold as they are"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How pictures were set right, which of several videos is used; after iteration what was not read."""
+        """How pictures are turned, which of several videos is used, and, after reading, what is missing."""
         changes = [f"{self._squared}, because their pixels are not square"] if self._squared else []
         changes += [f"{self._turn}, as the file asks"] if self._turn else []
         notes = [f"{self.name}: pictures are {change}" for change in changes]
@@ -201,8 +201,8 @@ class VideoSource:
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Frames from the first one at or after `start_ns`.
 
-        Where the source relays video, the first frame also carries the packets before it that its decoding
-        needs, marked not shown. Packets after the last frame belong to none and are dropped.
+        If the source relays video, the first frame also carries the earlier packets that its decoding needs,
+        marked as not shown. Packets after the last frame are dropped.
         """
         if start_ns is None:
             return self._frames(None, seek=False)
@@ -217,7 +217,7 @@ class VideoSource:
                 yield from self._frames(start_ns, seek=False)
                 return
             decoding = Decoding(container, stream, relay=relays, sought=seek)
-            # AVI has no presentation times; those that FFmpeg makes up are right only without reordering.
+            # AVI has no presentation times; those that FFmpeg invents are right only without reordering.
             period_ns = round(NS_PER_S / self.frame_rate_hz)
             clock = _Clock(stream, period_ns, by_decoding=self._avi and not relays)
             index: int | None = None if seek else 0
@@ -235,20 +235,20 @@ class VideoSource:
                 if start_ns is None or time_ns >= start_ns:
                     packets = decoding.take_packets(time_ns) if relays else ()
                     if relays and not packets:
-                        decoding.undecodable += 1  # its packet was too damaged to hand on
+                        decoding.undecodable += 1  # its packet was too damaged to relay
                         continue
                     image = bgr(picture)
                     yield Frame(index, time_ns, self._orient(self._square(image)), packets)
                 index += 1
             announced = None if seek else announced_packets(container, stream)
-            counted = bool(announced and stream.frames)  # not by what could be read of an MP4 in fragments
+            counted = bool(announced and stream.frames)  # a fragmented MP4 announces only what was read
             end = None if counted else _stated_end(container, stream, period_ns)
         self._notes = tuple(self._damage(decoding, announced, end, clock))
 
     def _damage(
         self, decoding: Decoding, announced: int | None, end: _StatedEnd | None, clock: _Clock
     ) -> Iterator[str]:
-        """Sentences on what an iteration that came to the end could not read."""
+        """Sentences about what a reading that came to the end could not read."""
         last_ns = clock.last_ns
         last = f"the last picture read is at {_seconds(last_ns)}"
         if announced and decoding.packets_read < announced:
@@ -287,7 +287,7 @@ class VideoSource:
                 if time_ns is not None and last_ns is not None:
                     stepped_back |= time_ns < last_ns - REORDERING_NS
                 last_ns = time_ns
-        # In AVI, times are sure where nothing can stand out of order.
+        # In AVI, times are certain only if no picture can be out of order.
         seekable = bool(times_ns) and not stepped_back and (relayable or intra or not self._avi)
         table_ns = np.sort(np.array(times_ns, np.int64))
         complete &= bool(np.all(np.diff(table_ns) > 0))
@@ -295,7 +295,7 @@ class VideoSource:
 
 
 def _other_videos(container: InputContainer, used: VideoStream) -> Iterator[str]:
-    """What other videos a file holds: their sizes, where it states them. Its still pictures do not count."""
+    """The sizes of the other videos in a file, if it states them. Still pictures do not count."""
     for stream in moving_pictures(container):
         if stream.index != used.index:
             codec = stream.codec_context
@@ -303,7 +303,7 @@ def _other_videos(container: InputContainer, used: VideoStream) -> Iterator[str]
 
 
 def _stated_end(container: InputContainer, stream: VideoStream, period_ns: int) -> _StatedEnd | None:
-    """Where the file says that its pictures end: they themselves, or at least all that is in it."""
+    """The stated end of the pictures or, if the file states none for them, of all that is in it."""
     own_ns = _clock_ns(stream.metadata.get("DURATION"))
     if own_ns is not None:
         shortfall_ns = max(round(PICTURES_SHORTFALL_S * NS_PER_S), PICTURES_SHORTFALL_PERIODS * period_ns)
@@ -318,7 +318,7 @@ def _stated_end(container: InputContainer, stream: VideoStream, period_ns: int) 
 
 
 def _clock_ns(text: str | None) -> int | None:
-    """The time in a Matroska file's tag, as 00:00:03.033000000; None for none."""
+    """The time in a tag of a Matroska file, such as 00:00:03.033000000; None if there is none."""
     parts = re.fullmatch(r"(\d{1,4}):(\d\d):(\d\d)\.(\d{9})", text or "", re.ASCII)
     if parts is None:
         return None
@@ -335,7 +335,7 @@ def _seconds(time_ns: int | None) -> str:
 
 
 def _created_ns(text: str | None) -> int | None:
-    """A container's time of creation; None for none, and for those of clocks that were never set."""
+    """When a container was created; None if it states nothing, or its clock was never set."""
     try:
         created = datetime.fromisoformat(text or "")
     except ValueError:
