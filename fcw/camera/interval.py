@@ -1,14 +1,15 @@
-"""The distance's percentiles at a row, in closed form.
+"""Percentiles of the distance at a row, in closed form.
 
-Four pairs (distance, row) lie on one projective map when the determinant of their rows [1, d, v, d v]
-vanishes. With three support pairs, whose rows v_i carry the calibration's uncertainty, and the pair (x, v),
-the determinant g is linear in x; where it is positive the road at row v is farther than x. It is multilinear
-in the four rows, hence close to normal even where pitch, focal length and horizon are far from it. So
+Four pairs (distance, row) lie on one projective map if the determinant of their rows [1, d, v, d v] is zero.
+Take three support pairs, whose rows v_i have the calibration's uncertainty, and the pair (x, v). Their
+determinant g is linear in x, and it is positive if the road at row v is farther away than x. It is
+multilinear in the four rows, and therefore close to normal even if pitch, focal length and horizon are not.
+So
 
     P(distance > x) = Phi(g(x) / sd(g(x)))
 
-and its quantiles are the roots of a quadratic (Fieller's theorem for a ratio of normals) rather than a
-first-order sigma: skewed far out, unbounded past the horizon.
+and the percentiles are the roots of a quadratic (Fieller's theorem for a ratio of normals). Unlike a
+first-order sigma, they are skewed at far distances and unbounded beyond the horizon.
 """
 
 import math
@@ -22,25 +23,25 @@ Vector3 = tuple[float, float, float]
 Vector4 = tuple[float, float, float, float]
 
 PERCENTILE_84_SIGMAS = 0.994457883209753
-"""The standard normal's 84th percentile; its negative is the 16th."""
+"""The 84th percentile of the standard normal; its negative is the 16th."""
 COFACTOR_SIGNS = np.array((-1.0, 1.0, -1.0, 1.0))
 OTHER_COLUMNS = np.array(((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)))
-"""Of a (3, 4) matrix, those that are left without each of its columns."""
+"""The columns of a (3, 4) matrix that are left when each one in turn is taken out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UncertainRowMap:
-    """The row map v = B + K / (d + C) and the derivatives of g that its uncertainty needs.
+    """The row map v = B + K / (d + C), and the derivatives of g for its uncertainty.
 
-    Scaled by a constant, g = K - (v - B) (x + C).
+    Up to a constant factor, g = K - (v - B) (x + C).
 
     Attributes:
         horizon_row_px: B.
         row_scale_m_px: K.
         pole_m: C.
-        gradient: (3, 4), derivatives of g by the support rows as coefficients of 1, x, w and x w, w = v - B.
-        whitened: the gradient times a square root of the rows' covariance, as plain floats: it is read for
-            each detection of each frame.
+        gradient: (3, 4) derivatives of g by the support rows: coefficients of 1, x, w and x w, w = v - B.
+        whitened: the gradient times a square root of the rows' covariance. They are plain floats because
+            they are read for each detection of each frame.
     """
 
     horizon_row_px: float
@@ -57,15 +58,15 @@ class UncertainRowMap:
         covariance: FloatArray,
         clicked: bool = True,
     ) -> "UncertainRowMap":
-        """From a camera, three distances from it, and the covariance of the rows there.
+        """Make the map from a camera, three distances, and the covariance of the rows there.
 
         Args:
             camera: the camera.
-            support_distances_m: (3,) from the camera.
-            covariance: (3, 3) of the rows there.
-            clicked: whether rows are what was measured, and so normal. Where nothing was clicked, what is
-                known is the lens and the height, and g = K - (v - B) (x + C) is linear in B, K and C: a focal
-                length known to a third would bias the determinant.
+            support_distances_m: (3,) distances from the camera.
+            covariance: (3, 3) covariance of the rows at these distances.
+            clicked: whether rows were measured, so that they are normal. If nothing was clicked, the lens and
+                the height are known instead, and g = K - (v - B) (x + C) is used, which is linear in B, K and
+                C. The determinant would be biased if the focal length is known only to a third.
         """
         depths_m = support_distances_m + camera.pole_m
         below_px = camera.row_scale_m_px / depths_m
@@ -97,12 +98,12 @@ class UncertainRowMap:
 
 
 def distance_interval(row_map: UncertainRowMap, row_px: float, row_sigma_px: float) -> tuple[float, float]:
-    """16th and 84th percentile of the distance from the camera at a row; inf where unbounded.
+    """16th and 84th percentile of the distance from the camera at a row; inf if unbounded.
 
     Args:
         row_map: the uncertain map.
         row_px: the row.
-        row_sigma_px: standard deviation of the row's own, independent noise.
+        row_sigma_px: standard deviation of the independent noise of the row itself.
     """
     z2 = PERCENTILE_84_SIGMAS**2
     pole_m = row_map.pole_m
@@ -116,7 +117,7 @@ def distance_interval(row_map: UncertainRowMap, row_px: float, row_sigma_px: flo
         variance_1 += at_1 * at_1
         variance_x += at_1 * at_x
         variance_xx += at_x * at_x
-    # g(x)^2 = z^2 var g(x), that is a x^2 + 2 b x + c = 0.
+    # Solve g(x)^2 = z^2 var g(x), that is a x^2 + 2 b x + c = 0.
     a = slope * slope - z2 * variance_xx
     b = constant * slope - z2 * variance_x
     c = constant * constant - z2 * variance_1
@@ -127,7 +128,7 @@ def distance_interval(row_map: UncertainRowMap, row_px: float, row_sigma_px: flo
         return (c / (root - b) if b < 0 else (-b - root) / a), (root - b) / a
     if variance_xx == 0:
         return math.inf, math.inf
-    # The horizon is within reach of the noise: no upper end, and no lower one either where nothing is known.
+    # The noise reaches the horizon: there is no upper end, and no lower one either if nothing is known.
     if b * b > a * c:
         root = math.sqrt(b * b - a * c)
         low_m = c / (root - b) if b < 0 else (-b - root) / a
@@ -137,10 +138,10 @@ def distance_interval(row_map: UncertainRowMap, row_px: float, row_sigma_px: flo
 
 
 def row_gradients(row_map: UncertainRowMap, distances_m: FloatArray) -> FloatArray:
-    """(N, 3): derivatives of the rows at N distances from the camera by the rows at the support distances."""
+    """(N, 3) derivatives of the rows at N distances from the camera by the rows at the support distances."""
     depths_m = distances_m + row_map.pole_m
     below_px = row_map.row_scale_m_px / depths_m
-    # Implicit differentiation of g = 0, where g falls by x + C for each row downwards.
+    # Implicit differentiation of g = 0; g decreases by x + C for each row downwards.
     pairs = np.array([np.ones_like(depths_m), distances_m, below_px, distances_m * below_px])
     return (row_map.gradient @ pairs / depths_m).T
 

@@ -1,6 +1,6 @@
-"""Whether a calibration can be that of a camera behind a windscreen; if not, what likely went wrong.
+"""Whether a calibration can be that of a camera behind a windscreen and, if not, what probably went wrong.
 
-What went wrong is the verdict of `fcw.camera.verdicts`. Nothing here is an error: a person may know better.
+The probable mistake comes from `fcw.camera.verdicts`. Nothing here is an error: the user may know better.
 """
 
 import math
@@ -28,20 +28,20 @@ from fcw.frame import ImageSize
 MAXIMUM_PITCH_RAD = math.radians(20.0)
 """A dash camera has the horizon near its middle; this is half of an ordinary vertical field of view."""
 FIELD_OF_VIEW_RANGE_RAD = (math.radians(33.0), math.radians(130.0))
-"""Along the longer side of the picture; below is a tele lens, above no picture is rectilinear any more."""
+"""Along the longer side of the picture. A narrower one is a tele lens; a wider one is not rectilinear."""
 PRINCIPAL_ROW_TOLERANCE = 0.25
-"""Distance of the principal row from the picture's middle, in heights; an uncropped lens stays within 0.05,
-the rest is for the noise of clicks and for cropped pictures."""
+"""Largest distance of the principal row from the middle of the picture, as a part of the height.
+Without cropping it is at most 0.05; the rest allows for the noise of clicks and for cropped pictures."""
 TOLD_ROLL_RAD = math.radians(1.0)
-"""A camera tilted by more than this is seen to be."""
+"""Least roll that is reported; it is visible."""
 TOLD_ROLL_SIGMAS = 2.5
-"""It is told of when it is this sure: then points are twenty times as likely as those of a level camera."""
+"""Least certainty of a roll that is reported: the points are then twenty times as likely as with no roll."""
 SLACK_SIGMAS = 2.0
 EXACT = CameraSigmas(0.0, 0.0, 0.0, 0.0)
 MAXIMUM_OFFSET_M = 4.0
-"""No lens on a windscreen is farther behind the bumper."""
+"""No camera on a windscreen is farther behind the bumper."""
 OUTLIER_SIGMAS = 3.0
-"""A residual beyond this is a mistake about that point rather than noise."""
+"""A larger residual is a mistake about that point and not noise."""
 
 
 class FindingKind(Enum):
@@ -68,9 +68,9 @@ class OffsetProposal:
     """The reference offset that would explain an implausible camera.
 
     Attributes:
-        offset_m: puts the principal row at the picture's middle.
-        low_m: smallest offset around it with a plausible camera, in tenths of a metre.
-        high_m: largest one.
+        offset_m: the offset that puts the principal row in the middle of the picture.
+        low_m: smallest offset around it that gives a plausible camera, in tenths of a metre.
+        high_m: largest such offset.
     """
 
     offset_m: float
@@ -80,17 +80,17 @@ class OffsetProposal:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something a person should know of a calibration, in words.
+    """Something that the user should know about a calibration, in words.
 
     Attributes:
         kind: what it is about.
         text: one paragraph.
-        offset: the reference offset that would explain it, where one does.
-        point: the point it is about, where it is about one.
-        prior: the field of `Priors` it is about, where it is about one.
-        suspicion: the mistake that it names, where it names one.
-        swapped_sides: the rectangle whose sides are exchanged, where they are.
-        is_question: nothing speaks against the calibration; only its maker can tell whether this is so.
+        offset: the reference offset that would explain it, if one does.
+        point: the point it is about, if it is about one.
+        prior: the field of `Priors` it is about, if it is about one.
+        suspicion: the mistake that it names, if it names one.
+        swapped_sides: the rectangle whose sides are exchanged, if they are.
+        is_question: nothing is wrong with the calibration itself; only the user can tell whether this holds.
     """
 
     kind: FindingKind
@@ -104,19 +104,19 @@ class Finding:
 
     @property
     def speaks_against(self) -> bool:
-        """Whether the calibration is likely wrong by it: a question leaves that open, a roll is no fault."""
+        """Whether it means that the calibration is probably wrong; a question or a roll does not."""
         return not self.is_question and self.kind is not FindingKind.ROLL
 
 
 def plausibility(
     calibration: Calibration, imperial: bool = False, paced: bool = False
 ) -> tuple[Finding, ...]:
-    """Everything that speaks against a calibration, with the likely cause; empty when all is well.
+    """All that is implausible about a calibration, with the probable cause; empty if all is well.
 
     Args:
-        calibration: what followed from what was said.
-        imperial: the distances were typed in feet.
-        paced: the points are said to be dashes of a period.
+        calibration: the calibration to judge.
+        imperial: whether the distances were typed in feet.
+        paced: whether the user said that the points are dashes of one period.
     """
     findings = list(_camera_findings(calibration.camera, calibration.image_size, _slack(calibration)))
     judgement = judge(calibration, imperial) if len(calibration.points) >= PARAMETER_COUNT else None
@@ -133,17 +133,17 @@ def plausibility(
 
 
 def offset_proposal(calibration: Calibration) -> OffsetProposal | None:
-    """The reference offset that would put the principal row of an exact solution at the picture's middle.
+    """The reference offset that would put the principal row of an exact solution in the picture's middle.
 
-    The row map counted from the reference stays as it is, and with it every distance; the offset only moves
-    the camera behind the reference: C = C_reference - offset. With v0 - B = (K / 2 h) sin(2 a) the offset for
-    a given v0 is closed form.
+    The row map counted from the reference does not change, nor does any distance. The offset only moves the
+    camera behind the reference: C = C_reference - offset. With v0 - B = (K / 2 h) sin(2 a), the offset for a
+    given v0 has a closed form.
 
     Args:
         calibration: the exact solution of three points.
 
     Returns:
-        None where no offset from 0 to `MAXIMUM_OFFSET_M` gives a plausible camera with v0 at the middle.
+        None if no offset from 0 to `MAXIMUM_OFFSET_M` gives a plausible camera with v0 in the middle.
     """
     camera, size = calibration.camera, calibration.image_size
     scale, height_m = camera.row_scale_m_px, camera.height_m
@@ -161,7 +161,7 @@ def offset_proposal(calibration: Calibration) -> OffsetProposal | None:
 
     if not (0 <= offset_m <= MAXIMUM_OFFSET_M and plausible(offset_m)):
         return None
-    # Tenths of a metre around it, as fine as anybody measures this: every one named is plausible.
+    # In steps of 0.1 m, as precise as anybody measures it. Every offset from low to high is plausible.
     low_m = high_m = offset_m
     tenths = math.floor(offset_m * 10)
     while tenths >= 0 and plausible(tenths / 10):
@@ -177,7 +177,7 @@ def _middle_row(size: ImageSize) -> float:
 
 
 def _slack(calibration: Calibration) -> CameraSigmas:
-    """How far beyond its limits a camera may come out, being so uncertain; not at all where it is exact."""
+    """How far the camera may be beyond its limits because it is uncertain; 0 if it is exact."""
     if not calibration.assumed.count:
         return EXACT
     sigmas = camera_sigmas(calibration)
@@ -223,7 +223,7 @@ def _camera_findings(
 
 
 def _question(calibration: Calibration, careful: Judgement) -> Finding:
-    """What is likely wrong if the marks were laid with care; if not, their own errors explain it."""
+    """What is probably wrong if the marks were laid with care; if not, their own errors explain it."""
     cause = _cause(calibration, careful)
     nearest_m = min(point.distance_m for point in calibration.points)
     off_cm = 100 * calibration.tape_error * nearest_m
@@ -269,7 +269,7 @@ def _cause(calibration: Calibration, judgement: Judgement | None) -> Finding:
 
 
 def _bumper(calibration: Calibration, named: Suspicion) -> OffsetProposal:
-    """Where the bumper is: of three points in closed form, where that is a car's, else by the verdict."""
+    """Where the bumper is: from the closed solution of three points if that fits a car, else the verdict."""
     low_m, high_m = (BUMPER_M + sign * 2 * BUMPER_SIGMA_M for sign in (-1, 1))
     if len(calibration.points) == PARAMETER_COUNT and not calibration.priors.count:
         exact = exact_solution(calibration)
@@ -294,10 +294,10 @@ def _outside_findings(calibration: Calibration) -> Iterator[Finding]:
 
 
 def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
-    # A wrong point pulls its neighbours off the curve too: the worst is the one to mend first.
+    # A wrong point also pulls its neighbours off the curve, so only the worst is named.
     distances_m = np.array([point.distance_m for point in calibration.points])
     slopes = calibration.camera.row_slope_at(distances_m + calibration.reference_offset_m)
-    # A mark may lie off for itself by the tape's whole error.
+    # Each mark may be off by the whole error of the tape.
     sigmas_px = np.hypot(calibration.row_sigma_px, calibration.tape_error * distances_m * slopes)
     sigmas_px = np.maximum(sigmas_px, SMALLEST_SIGMA_PX).tolist()
     residual_px, worst, sigma_px = max(
@@ -317,11 +317,11 @@ def _residual_finding(calibration: Calibration) -> Iterator[Finding]:
 
 
 def vehicle_finding(calibration: Calibration, rulers: Sequence[Ruler]) -> Finding | None:
-    """What vehicles in the picture say against a calibration: they would be as wide as none is.
+    """A finding if vehicles in the picture would have a width that no vehicle has; else None.
 
     Args:
-        calibration: to judge.
-        rulers: vehicles straight ahead, in the picture's pixels; several of one vehicle count as one only.
+        calibration: the calibration to judge.
+        rulers: vehicles straight ahead, in the picture's pixels, each vehicle only once.
     """
     way, seen = calibration.straightening, []
     slope_px = SLOPE_SIGMA_RAD * calibration.camera.focal_y_px
@@ -351,7 +351,7 @@ def vehicle_finding(calibration: Calibration, rulers: Sequence[Ruler]) -> Findin
 
 
 def height_finding(calibration: Calibration, stated_m: Gaussian) -> Finding | None:
-    """What all else says against the height that was stated, which a fit of everything moves."""
+    """A finding if everything else contradicts the stated camera height; else None."""
     height_m = calibration.camera.height_m
     if abs(height_m - stated_m.value) <= OUTLIER_SIGMAS * stated_m.sigma:
         return None

@@ -1,8 +1,8 @@
 """From clicked points to a calibration: least squares with priors, and the exact three-point solution.
 
-Three free points let pitch, focal length and principal row trade off against each other, so that a click one
-pixel off makes an impossible camera. What every dash camera has (its axis near the picture's middle, a
-plausible field of view, about level) is weak knowledge and takes part unless something better is said.
+With three points alone, pitch, focal length and principal row trade off against each other, so that one click
+a pixel off gives an impossible camera. So what all dash cameras have in common (the axis near the middle of
+the picture, a plausible field of view, about level) is used as weak priors, unless better ones are given.
 """
 
 import math
@@ -46,17 +46,17 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 LOG_FOCAL_LIMIT = 50.0
-"""Keeps a fit that runs away in floating point's range; no camera is near it."""
+"""Keeps a fit that diverges within the range of floating point; no camera is near it."""
 START_COUNT = 3
-"""Local minima of the grid that are followed; two are real, a third may be of the grid."""
+"""Number of the grid's local minima that are followed; two are real, a third may come from the grid."""
 START_PITCHES_RAD = np.radians(np.arange(-60.0, 89.0, 1.0))
-"""Where the iteration may start."""
+"""The grid of pitches at which the iteration may start."""
 STEEPEST_PITCH_RAD = math.radians(89.0)
-"""A fit that runs into this pitch wants a straight line: its horizon is not above the road."""
+"""A fit that reaches this pitch tends to a straight line: its horizon is not above the road."""
 MINIMUM_CONDITION = 1e-6
-"""Least singular value of the scaled Jacobian over the largest: below it rounding decides the solution."""
+"""Least ratio of the smallest to the largest singular value of the scaled Jacobian; else rounding decides."""
 OUTLIER_SIGMAS = 4.0
-"""A point out of order is noise up to this residual, a mistake beyond it."""
+"""Up to this residual, a point out of order is noise; beyond it, a mistake."""
 
 
 def calibrate(
@@ -72,26 +72,26 @@ def calibrate(
     tape_error: float = TAPE_ERROR,
     exact: bool = False,
 ) -> Calibration:
-    """Calibrate from points of the road at known distances.
+    """Calibrate from points on the road at known distances.
 
-    The rows are fitted by least squares, each prior counting as one more measurement; with priors that are
-    said fewer points are enough. What nothing is said of is assumed to be as in every lens (`usual_lens`).
+    The rows are fitted by least squares, and each prior counts as one more measurement, so that fewer points
+    are enough if priors are given. Where none is given, that of usual lenses is assumed (`usual_lens`).
 
     Args:
-        points: distances from the reference, rows in a picture of `image_size`.
-        image_size: of the picture.
-        height_m: of the camera above the road.
-        reference_offset_m: from the camera forward to the reference (the front bumper), at least 0.
+        points: their distances from the reference, and their rows in a picture of `image_size`.
+        image_size: size of the picture.
+        height_m: height of the camera above the road.
+        reference_offset_m: distance from the camera forward to the reference (the front bumper), at least 0.
         row_sigma_px: standard deviation of a clicked row.
-        field_of_view: horizontal, of the whole picture, in radians; square pixels make it a focal length.
+        field_of_view: horizontal field of view of the whole picture in radians; pixels are square.
         principal_row: row of the optical axis.
-        horizon_row: row of the horizon, a point at infinity.
-        tape_error: standard deviation of all distances together, as a part of them: a tape that is too long,
-            sags or lies askew is so for every mark. It scales every distance, and no residual shows it.
-        exact: the closed solution of three points (eq. 3 and 13) and nothing else.
+        horizon_row: row of the horizon, which is a point at infinity.
+        tape_error: standard deviation of all distances together, as a part of them. A tape that is too long,
+            sags or lies askew affects every mark alike: it scales all distances, and no residual shows it.
+        exact: use only the closed solution of three points (eq. 3 and 13).
 
     Raises:
-        UserError: the input determines no camera; the message names the points and the mend.
+        UserError: the input does not determine a camera; the message names the points and what to do.
     """
     points = tuple(
         GroundPoint(
@@ -122,7 +122,7 @@ def calibrate(
         fit = _Fit(distances_m, rows_px, image_size, height_m, row_sigma_px, believed, level=True)
         camera = _check_road(fit.solve(), points)
         if tape_error:
-            # Each mark lies a little off for itself, which near the camera is more rows than a click.
+            # Each mark also has an error of its own. Near the camera it is more rows than a click is off.
             laid_px = MARK_ERROR_PART * tape_error * reference_m * camera.row_slope_at(distances_m)
             sigmas_px = np.hypot(row_sigma_px, laid_px)
             fit = _Fit(distances_m, rows_px, image_size, height_m, sigmas_px, believed, level=True)
@@ -144,7 +144,7 @@ def calibrate(
         residuals,
         assumed,
         float(tape_error),
-        # Rows tell nothing of it, so it is taken as level, and known no better than that.
+        # Rows say nothing about yaw and roll: the camera is taken as level, with the usual uncertainty.
         LEVEL if exact else Orientation(0.0, 0.0, YAW_SIGMA_RAD, ROLL_SIGMA_RAD),
     )
     if any(abs(residual) > OUTLIER_SIGMAS * row_sigma_px for residual in residuals):
@@ -164,7 +164,7 @@ def _together(stated: Priors, assumed: Priors) -> Priors:
 
 
 def _check_road(camera: GroundPlaneCamera | None, points: Sequence[GroundPoint]) -> GroundPlaneCamera:
-    """The camera, where the points lie on a road below its horizon.
+    """Return the camera if the points lie on a road below its horizon.
 
     Raises:
         PointsError: they do not.
@@ -176,7 +176,7 @@ def _check_road(camera: GroundPlaneCamera | None, points: Sequence[GroundPoint])
 
 
 def exact_solution(calibration: Calibration) -> Calibration | None:
-    """The closed solution of a calibration's points; None where they are not three that have one."""
+    """The closed solution for a calibration's points; None unless they are three points that have one."""
     if len(calibration.points) != PARAMETER_COUNT:
         return None
     try:
@@ -198,15 +198,15 @@ def exact_camera(
 ) -> GroundPlaneCamera:
     """The camera through three points, in closed form.
 
-    Each point gives a linear equation A + B d - C v = v d for the row map (A + B d) / (d + C).
+    For the row map (A + B d) / (d + C), each point gives the linear equation A + B d - C v = v d.
 
     Args:
-        distances_m: (3,), from the camera.
-        rows_px: (3,).
-        height_m: camera height.
+        distances_m: (3,) distances from the camera.
+        rows_px: (3,) rows.
+        height_m: height of the camera.
         principal_column_px: column of the optical axis.
     """
-    # Counting rows and distances from the first point removes A and keeps the digits:
+    # With rows and distances counted from the first point, A drops out and no digits are lost:
     # B' d' - C' v' = v' d' with C' = C + d_0 and B' = B - v_0.
     d, v = distances_m[1:] - distances_m[0], rows_px[1:] - rows_px[0]
     determinant = d[1] * v[0] - d[0] * v[1]
@@ -222,7 +222,7 @@ def exact_camera(
 
 
 def row_jacobian(camera: GroundPlaneCamera, distances_m: FloatArray) -> FloatArray:
-    """(N, 3): derivatives of the rows at N distances by tan(a), log(f_y) and the horizon's row B."""
+    """(N, 3) derivatives of the rows at N distances by tan(a), log(f_y) and the horizon row B."""
     tangent, height_m = math.tan(camera.pitch_rad), camera.height_m
     depths_m = distances_m + camera.pole_m
     below_px = camera.row_scale_m_px / depths_m
@@ -231,7 +231,7 @@ def row_jacobian(camera: GroundPlaneCamera, distances_m: FloatArray) -> FloatArr
 
 
 def support_distances(distances_m: FloatArray) -> Vector3:
-    """The nearest of (N,) distances, the farthest, and the one between them that differs most in row."""
+    """Of (N,) distances the nearest, the farthest, and the one whose row is most nearly between theirs."""
     distinct = np.array(distinct_distances(distances_m.tolist()))
     if len(distinct) >= PARAMETER_COUNT:
         inner = distinct[1:-1]
@@ -244,7 +244,7 @@ def support_distances(distances_m: FloatArray) -> Vector3:
 
 
 class _Fit:
-    """Least squares in rows over tan(a), log(f_y) and the horizon's row, residuals in sigmas."""
+    """Least squares over tan(a), log(f_y) and the horizon row; the residuals are in sigmas."""
 
     def __init__(
         self,
@@ -256,7 +256,7 @@ class _Fit:
         priors: Priors,
         level: bool = False,
     ) -> None:
-        """`level` believes that the camera looks about ahead."""
+        """`level` adds the prior that the camera looks about straight ahead."""
         self._level = level
         self._distances_m = distances_m
         self._rows_px = rows_px
@@ -266,25 +266,25 @@ class _Fit:
         self._priors = priors
 
     def solve(self, near: GroundPlaneCamera | None = None) -> GroundPlaneCamera | None:
-        """The camera of least squares; among solutions as good, the one that looks straightest ahead.
+        """The camera of least squares; among equally good ones, the one that looks straightest ahead.
 
         Args:
-            near: a camera that it is near to; None looks everywhere.
+            near: a camera near the solution; None searches everywhere.
 
         Returns:
-            None where no camera that has the points in front of it comes near them.
+            None if no camera with the points in front of it fits.
         """
         fits = [self._descend(start) for start in (self._starts() if near is None else [_unknowns(near)])]
         fits = [(x, cost) for x, cost in fits if np.all(self._distances_m + self._height_m * x[0] > 0)]
         if not fits:
             return None
         best = min(cost for _, cost in fits)
-        # Cost is half of chi squared: half a unit is one sigma.
+        # The cost is half of chi squared, so half a unit is one sigma.
         straightest = min((x for x, cost in fits if cost <= best + 0.5), key=lambda x: abs(x[0]))
         return self._camera(straightest)
 
     def _descend(self, start: FloatArray) -> tuple[FloatArray, float]:
-        """The minimum from a start and its cost, by MINPACK itself: `least_squares` takes longer."""
+        """The minimum reached from a start, and its cost. MINPACK itself is faster than `least_squares`."""
         from scipy.optimize import leastsq
 
         outcome = leastsq(
@@ -315,7 +315,7 @@ class _Fit:
         return root @ root.T
 
     def residuals(self, parameters: FloatArray) -> FloatArray:
-        """Rows, then priors: solution less measurement, in sigmas."""
+        """Solution minus measurement in sigmas, first of the rows and then of the priors."""
         camera = self._camera(parameters)
         rows_px = camera.horizon_row_px + camera.row_scale_m_px / (self._distances_m + camera.pole_m)
         rows = (rows_px - self._rows_px) / self._row_sigma_px
@@ -330,7 +330,7 @@ class _Fit:
         return np.concatenate((rows, told, level))
 
     def jacobian(self, parameters: FloatArray) -> FloatArray:
-        """(N, 3): derivatives of the residuals."""
+        """(N, 3) derivatives of the residuals."""
         camera = self._camera(parameters)
         tangent, focal_px = parameters[0], camera.focal_y_px
         half_width = self._size.width / 2
@@ -357,15 +357,15 @@ class _Fit:
         )
 
     def _starts(self) -> list[FloatArray]:
-        """The local minima over a grid of pitches; for a given pitch the rest is linear least squares.
+        """The local minima over a grid of pitches; for a given pitch, the rest is linear least squares.
 
-        A field of view leaves the sign of the pitch open where nothing else decides it: two minima.
+        If only a field of view is given, the sign of the pitch is open, and there are two minima.
         """
         d, priors = self._distances_m, self._priors
         half_width = self._size.width / 2
         tangents = np.tan(START_PITCHES_RAD)
         tangents = tangents[d.min(initial=math.inf) + self._height_m * tangents > 0]
-        # Unknowns f_y and B; each measurement is (coefficients, value) in sigmas, for each pitch.
+        # The unknowns are f_y and B. For each pitch, each measurement is (coefficients, value) in sigmas.
         systems = np.empty((len(tangents), len(d) + priors.count, 3))
         systems[:, : len(d), 0] = (
             self._height_m * (1 + tangents**2)[:, None] / (d + self._height_m * tangents[:, None])
@@ -396,5 +396,5 @@ class _Fit:
 
 
 def _unknowns(camera: GroundPlaneCamera) -> FloatArray:
-    """(3,) of a fit."""
+    """(3,) unknowns of the fit for a camera."""
     return np.array([math.tan(camera.pitch_rad), math.log(camera.focal_y_px), camera.horizon_row_px])

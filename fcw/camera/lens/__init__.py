@@ -1,1 +1,1 @@
-"""Lenses that bend straight lines: their models, their files, and how they are measured."""
+"""Lenses with distortion: their models, their files, and how they are measured."""

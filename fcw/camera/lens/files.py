@@ -1,4 +1,4 @@
-"""A lens from the files of other tools: ROS camera_info, Kalibr camchain, OpenCV FileStorage."""
+"""Reads a lens from the files of other tools: ROS camera_info, Kalibr camchain, OpenCV FileStorage."""
 
 import math
 import re
@@ -22,10 +22,10 @@ KINDS = "a camera_info of ROS, a camchain of Kalibr or a camera of OpenCV (YAML)
 
 
 def read_lens(path: Path) -> Lens:
-    """The lens in a file; which tool's file it is shows by its fields.
+    """Read the lens in a file; its fields show which tool wrote it.
 
     Raises:
-        UserError: the file cannot be read, is none of the three, or a field of it is not as expected.
+        UserError: the file cannot be read, is of none of the three kinds, or one of its fields is wrong.
     """
     try:
         text = read_text(path, MOST_YAML_BYTES)
@@ -86,7 +86,7 @@ def _lens(
     if known is None:
         raise _wrong(path, field, model, f"one of {', '.join(MODELS)}")
     counts = COEFFICIENT_COUNTS[known]
-    # Trailing zeros are the same lens: OpenCV writes up to fourteen.
+    # Trailing zeros do not change the lens: OpenCV writes up to fourteen coefficients.
     while len(coefficients) > max(counts) and coefficients[-1] == 0:
         coefficients = coefficients[:-1]
     if len(coefficients) not in counts:

@@ -1,4 +1,4 @@
-"""A lens that bends straight lines, in the models of OpenCV, ROS and Kalibr."""
+"""A lens with distortion, in the models of OpenCV, ROS and Kalibr."""
 
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -16,9 +16,9 @@ DistortionModel = Literal["radtan", "equidistant"]
 DISTORTION_MODELS: tuple[str, ...] = get_args(DistortionModel)
 COEFFICIENT_COUNTS = {"radtan": (4, 5, 8), "equidistant": (4,)}
 ASPECT_TOLERANCE = 0.02
-"""Encoders cut or pad some rows, as 1088 of 1080; no two modes of cameras are as near as that."""
+"""Encoders cut or pad some rows (1088 for 1080); the modes of cameras differ by more than that."""
 UNDISTORT_STEPS = 100
-"""OpenCV's own five leave pixels at the edge of a wide lens."""
+"""OpenCV's default of five leaves errors of pixels at the edge of a wide lens."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +28,12 @@ class Lens:
     Attributes:
         model: `radtan` (Brown 1971; OpenCV's k1, k2, p1, p2, k3 and the rational k4 to k6; ROS plumb_bob) or
             `equidistant` (Kannala & Brandt 2006, four coefficients; OpenCV's fisheye).
-        focal_x_px: focal length across.
-        focal_y_px: focal length down; another one where the picture was squeezed.
-        column_px: of the optical axis.
-        row_px: of it.
-        coefficients: of the model.
-        image_size: of its pictures.
+        focal_x_px: horizontal focal length.
+        focal_y_px: vertical focal length; it differs if the picture was squeezed.
+        column_px: column of the optical axis.
+        row_px: row of the optical axis.
+        coefficients: distortion coefficients of the model.
+        image_size: size of the camera's pictures.
     """
 
     model: DistortionModel
@@ -46,7 +46,7 @@ class Lens:
 
     @property
     def matrix(self) -> FloatArray:
-        """(3, 3) of the intrinsics."""
+        """(3, 3) camera matrix."""
         return np.array(
             [[self.focal_x_px, 0, self.column_px], [0, self.focal_y_px, self.row_px], [0, 0, 1.0]]
         )
@@ -61,7 +61,7 @@ class Lens:
         return _plain(cv2.undistortPoints(places, self.matrix, coefficients, criteria=criteria))
 
     def distorted(self, rays: FloatArray) -> FloatArray:
-        """(N, 2) columns and rows of rays by their x / z and y / z."""
+        """(N, 2) columns and rows of rays given by their x / z and y / z."""
         if self.model == "equidistant":
             places = np.ascontiguousarray(rays, np.float64).reshape(-1, 1, 2)
             return _plain(cv2.fisheye.distortPoints(places, self.matrix, np.array(self.coefficients)))
@@ -70,10 +70,10 @@ class Lens:
         return _plain(cv2.projectPoints(points, zero, zero, self.matrix, np.array(self.coefficients))[0])
 
     def for_image_size(self, size: ImageSize) -> "Lens":
-        """The same lens for the same camera's pictures in another size.
+        """The same lens for pictures of the same camera in another size.
 
         Raises:
-            UserError: the aspect ratios differ, so that it cannot be the whole picture scaled.
+            UserError: the aspect ratios differ, so that one cannot be the other one scaled.
         """
         across, down = size.width / self.image_size.width, size.height / self.image_size.height
         if abs(across / down - 1) > ASPECT_TOLERANCE:

@@ -1,4 +1,4 @@
-"""How far lines bow that are straight in the world."""
+"""How much lines that are straight in the world bend in the picture."""
 
 import math
 from collections.abc import Sequence
@@ -7,18 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 FEWEST_LINE_POINTS = 5
-"""Along a line that is to show how the lens bends."""
+"""Least number of points along a line that shows the distortion of the lens."""
 BENT_PX = 3.0
-"""A line that bends by more than this was bent by the lens, or is not straight."""
+"""A line that bends by more than this shows distortion, or is not straight in the world."""
 
 
 def bend_px(line: Sequence[tuple[float, float]]) -> float:
-    """How far the points of a line lie off a straight one, root mean square."""
+    """Root mean square distance of a line's points from the straight line through them."""
     return math.sqrt(float(np.mean(bows_px(np.array(line, float)) ** 2)))
 
 
 def bows_px(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) distances of (N, 2) places from their straight line."""
+    """(N,) distances of (N, 2) places from the straight line through them."""
     centred = places - places.mean(axis=0)
     _, _, axes = np.linalg.svd(centred, full_matrices=False)
     return centred @ axes[1]

@@ -1,4 +1,4 @@
-"""A lens from pictures of a chessboard."""
+"""Computes a lens from pictures of a chessboard."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,18 +13,18 @@ from fcw.frame import ImageSize
 
 FEWEST_BOARDS = 3
 CROPPED_PX = 1
-"""Cameras crop single pictures by a pixel now and then."""
+"""Some cameras crop single pictures by a pixel."""
 
 
 def lens_of_chessboards(pictures: Sequence[NDArray[np.uint8]], inner_corners: tuple[int, int]) -> Lens:
-    """The lens of pictures of one chessboard (Zhang 2000), in the model with five coefficients.
+    """The lens from pictures of one chessboard (Zhang 2000), with five distortion coefficients.
 
     Args:
-        pictures: (height, width, 3) BGR or (height, width) grey, of one size but for a pixel.
-        inner_corners: of the board, across and down.
+        pictures: (height, width, 3) BGR or (height, width) grey, all of one size to within a pixel.
+        inner_corners: numbers of the board's inner corners across and down.
 
     Raises:
-        UserError: too few of them show the whole board, or those that do are of several sizes.
+        UserError: too few pictures show the whole board, or those that do have several sizes.
     """
     across, down = inner_corners
     board = np.zeros((across * down, 3), np.float32)
