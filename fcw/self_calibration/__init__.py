@@ -1,1 +1,1 @@
-"""Calibration of a recorded clip from what it shows: the way it leads, and the vehicles on it."""
+"""Calibrates a recorded clip from what it shows: its direction of travel, its lanes and its vehicles."""

@@ -1,9 +1,9 @@
-"""What a recorded clip shows of its camera, without any mark on the road.
+"""Calibrates a camera from a recorded clip, without any mark on the road.
 
-Driving straight, all things flow out of the point that we drive to: it lies on the horizon and tells the yaw.
-The vehicles ahead are about as wide as vehicles are. Turns tell the focal length. And the road below flows by
-as fast as the camera is high: with a known speed, the height follows. All of it becomes
-`fcw.camera.joint.Evidence`, beside whatever a person clicked.
+On a straight drive, everything in the picture flows out of the point that the car drives to. It lies on the
+horizon and gives the yaw. The vehicles ahead have about the usual widths. Turns give the focal length. How
+fast the road flows by depends on the height of the camera, so that a known speed gives the height. All of it
+becomes `fcw.camera.joint.Evidence`, together with what the user clicked.
 """
 
 import math
@@ -43,17 +43,17 @@ VEHICLE_HEIGHTS_M = {
     "van": Gaussian(1.75, 0.25),
     "lorry": Gaussian(2.4, 0.35),
 }
-"""Of a camera at the windscreen of each class."""
+"""Height of a camera behind the windscreen, for each class of vehicle."""
 ASSUMED_PITCH_RAD = math.radians(2.0)
 ANY_YAW_RAD = math.radians(15.0)
-"""1-sigma of a yaw that the drive does not tell: so wide that it has no say."""
+"""Standard deviation of a yaw that the drive does not show; so large that it has no influence."""
 LANES_EVERY_S = 0.5
 FARTHEST_SIGN_PART = 0.15
-"""A vehicle that looks wider, in parts of the focal length, is too near to say where the horizon is."""
+"""A vehicle that looks wider than this part of the focal length is too near to show where the horizon is."""
 BEFORE_MOVE_S = 1.0
-"""The car may brake, and pitch, for this time before a camera is seen to be knocked."""
+"""The car may brake, and pitch, for this time before the camera is seen to move."""
 SHORTEST_PIECE_S = 3.0
-"""A shorter piece of a clip tells hardly anything."""
+"""A shorter piece of a clip shows hardly anything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,14 +61,14 @@ class ClipObservations:
     """What a clip shows.
 
     Attributes:
-        travel_px: column and row that straight driving leads to; None where the car stood, or too little
-            flows. The column is as good as unknown where it turned always.
-        lanes_px: column and row where the own lane's lines meet; None where few are seen, or they disagree.
-        rulers: vehicles.
-        frames: how many pictures were looked at for vehicles.
-        moved_s: between which times the camera was moved; None where it was not.
-        parts_s: from when to when it was looked at, without a cut within; one part where it is not cut.
-        by_turns: the lens, by how the picture turns; None where that was not asked, or it turns too little.
+        travel_px: column and row that the car drives to when it goes straight; None if it stood, or too
+            little flows. If it turned all the time, the column is practically unknown.
+        lanes_px: column and row where the lines of the own lane meet; None if few are seen, or they disagree.
+        rulers: vehicles of about known width.
+        frames: number of pictures that were searched for vehicles.
+        moved_s: the times between which the camera was moved; None if it was not.
+        parts_s: start and end of each part that was looked at; one part if the clip is not cut.
+        by_turns: the lens, from the turns of the clip; None if it was not asked for, or there are too few.
     """
 
     travel_px: tuple[Gaussian, Gaussian] | None
@@ -80,13 +80,13 @@ class ClipObservations:
     parts_s: tuple[tuple[float, float], ...] = (WHOLE_CLIP_S,)
 
     def evidence(self) -> Evidence:
-        """The observations as the joint fit takes them."""
+        """The observations in the form that the joint fit needs."""
         focal_px = None if self.by_turns is None else self.by_turns.focal_px
         return Evidence(travel_px=self.leads_to_px, rulers=self.rulers, focal_px=focal_px)
 
     @property
     def leads_to_px(self) -> tuple[Gaussian, Gaussian] | None:
-        """Column and row that the road leads to: by the drive, and by its lines."""
+        """Column and row that the road leads to, from the direction of travel and from the lane lines."""
         if self.travel_px is None or self.lanes_px is None:
             return self.travel_px or self.lanes_px
         column, row = map(_together, self.travel_px, self.lanes_px)
@@ -95,21 +95,21 @@ class ClipObservations:
 
 @dataclass(frozen=True, slots=True)
 class ClipCalibration:
-    """What a clip tells of its camera.
+    """The calibration of a camera from a clip.
 
     Attributes:
-        calibration: the result; what is not known is in its intervals.
-        seen: the observations that it is made of.
-        shows_road: whether anything tells where the road lies; else the camera looks as most cameras do.
-        by_motion: whether the motion of the camera tells where the road lies.
-        piece_s: the piece of the clip that it is made of and holds for, where the camera was moved in it, or
-            the clip is cut; else None.
-        focal_px: what the turns of the clip tell; None where they tell nothing, or the view was stated.
-        lens: of a camera that bends straight lines, by the turns. Unless somebody clicked in a picture,
-            nothing more was looked for: the calibration is a guess until the clip is seen through the lens.
-        contradiction: between its drive and its vehicles, which the intervals allow for. None where they
-            agree, or where something that was stated decides.
-        speed: mean speed by the pictures; None where it was not asked for, or they do not tell it.
+        calibration: the result; its intervals contain what is not known.
+        seen: the observations from which it was made.
+        shows_road: whether anything shows where the road is; else the usual pitch is assumed.
+        by_motion: whether the motion of the camera shows where the road is.
+        piece_s: the piece of the clip that was used and for which the result holds, if the camera was moved
+            or the clip is cut; else None.
+        focal_px: focal length from the turns of the clip; None if they do not show it, or it was stated.
+        lens: a lens with distortion, from the turns. Then nothing else was looked for, unless the user
+            clicked in a picture: the calibration is a guess until the clip is straightened with this lens.
+        contradiction: between direction of travel and vehicles; the intervals allow for it. None if they
+            agree, or if something that was stated decides.
+        speed: mean speed from the pictures; None if it was not asked for, or they do not show it.
         is_cut: whether the clip is cut.
     """
 
@@ -126,14 +126,14 @@ class ClipCalibration:
 
     @property
     def piece_words(self) -> str:
-        """For which piece of the clip it holds; empty for all of it."""
+        """The piece of the clip for which it holds, in words; empty if it is the whole clip."""
         return "" if self.piece_s is None else piece_words(self.piece_s)
 
 
 def rough_calibration(
     image_size: ImageSize, height_m: float, priors: Priors | None = None, axis_column_px: float | None = None
 ) -> Calibration:
-    """A calibration where only the height is known: the usual lens, looking slightly down."""
+    """A calibration from the height alone: the usual lens, looking slightly down."""
     priors = priors or Priors()
     view = priors.field_of_view_rad or usual_lens(image_size).field_of_view_rad
     assert view is not None
@@ -157,21 +157,21 @@ def calibrate_clip(
     asks_speed: bool = False,
     enough_s: float = math.inf,
 ) -> ClipCalibration:
-    """Calibrate a recorded clip from what it shows and what is known besides.
+    """Calibrate a recorded clip from what it shows and from what else is known.
 
     Args:
-        source: pictures of the camera; straight ones where its lens is known (`fcw.sources.straight`).
-        detector: that needs no calibration: it looks everywhere.
-        stated: what somebody said, or clicked in a picture of the source. Its height is that of a class of
-            `VEHICLE_HEIGHTS_M` where nobody measured it.
-        speed_mps: mean speed over the clip, where it is known.
+        source: pictures of the camera, straightened if its lens is known (`fcw.sources.straight`).
+        detector: a detector that needs no calibration because it searches the whole picture.
+        stated: what the user said, or clicked in a picture of the source. If nobody measured the height, it
+            is that of a class of `VEHICLE_HEIGHTS_M`.
+        speed_mps: mean speed over the clip, if it is known.
         on_frame: called after each picture.
-        turns: whether to look for the lens in the turns of the clip, where it is not stated.
-        asks_speed: whether to look how fast the road goes by; a given speed needs it.
-        enough_s: how much driving is enough.
+        turns: whether to find the lens from the turns of the clip if it is not stated.
+        asks_speed: whether to measure how fast the road flows by; this is done for a given speed anyway.
+        enough_s: after so many seconds of driving, the rest of the clip is not read.
 
     Raises:
-        UserError: a speed is given, and the clip does not show how fast the road goes by.
+        UserError: a speed is given, but the clip does not show how fast the road flows by.
     """
     priors, evidence = stated.priors, stated.evidence
     guess = rough_calibration(stated.image_size, stated.height_m.value, priors, stated.axis_column_px)
@@ -218,11 +218,10 @@ def calibrate_clip(
 def _observe_one_piece(
     look: Callable[[tuple[float, float]], ClipObservations],
 ) -> tuple[ClipObservations, tuple[float, float] | None, bool]:
-    """Look through the longest piece of a clip in which one camera stayed in its place.
+    """Look through the longest piece of a clip with one camera that is not moved.
 
     Returns:
-        What the piece shows; from when to when it is, None where it is the whole clip; whether the clip is
-        cut.
+        What the piece shows; its start and end, None if it is the whole clip; whether the clip is cut.
     """
     seen, piece_s = look(WHOLE_CLIP_S), None
     is_cut = len(seen.parts_s) > 1
@@ -236,10 +235,10 @@ def _observe_one_piece(
 
 
 def _scale_px_m(speed: MeanSpeed | None, speed_mps: float) -> Gaussian:
-    """Pixels to the metre, by how fast the road goes by at a known speed.
+    """Focal length times height, from how fast the road flows by at a known speed.
 
     Raises:
-        UserError: the picture does not show how fast it goes by.
+        UserError: the pictures do not show how fast it flows by.
     """
     if speed is None:
         raise UserError(
@@ -250,7 +249,7 @@ def _scale_px_m(speed: MeanSpeed | None, speed_mps: float) -> Gaussian:
 
 
 def _before_or_after(moved_s: tuple[float, float], whole_s: tuple[float, float]) -> tuple[float, float]:
-    """The piece that counts of one in which the camera was moved: what led to it, or all that follows."""
+    """The piece to use if the camera was moved: the one before the move or, if too short, the one after."""
     (begin_s, end_s), before_s = whole_s, moved_s[0] - BEFORE_MOVE_S
     return (begin_s, before_s) if before_s - begin_s >= SHORTEST_PIECE_S else (moved_s[1], end_s)
 
@@ -268,12 +267,12 @@ def observe_clip(
 
     Args:
         source: straight pictures.
-        guess: a rough calibration: its lens is taken for granted.
-        detector: that needs no calibration: it looks everywhere.
-        piece_s: from when to when the clip is looked at.
+        guess: a rough calibration, whose lens is assumed to be right.
+        detector: a detector that needs no calibration because it searches the whole picture.
+        piece_s: start and end of the piece to look at.
         on_frame: called after each picture.
-        asks_turns: whether to look for the lens in the turns.
-        enough_s: how much driving is enough.
+        asks_turns: whether to find the lens from the turns.
+        enough_s: after so many seconds of driving, the rest is not read.
     """
     camera = guess.camera
     tracks = PointTracks(guess.image_size.width)

@@ -41,7 +41,7 @@ class Contradiction:
 
 
 def contradiction_in(known: Known) -> Contradiction | None:
-    """The contradiction between drive and vehicles; None where they agree, or one of them is missing."""
+    """The contradiction between drive and vehicles; None if they agree, or one of them is missing."""
     evidence = known.evidence
     if evidence.travel_px is None or not evidence.rulers:
         return None

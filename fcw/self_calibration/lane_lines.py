@@ -1,8 +1,8 @@
-"""The lines of the own lane in one picture: for a person to confirm, or for many pictures to agree on.
+"""Finds the lines of the own lane in one picture, for the user to confirm or for many pictures to agree on.
 
-`fcw.motion.lanes` finds the lane as two parallel lines of a road whose horizon is taken as known: they cannot
-say where the horizon is. So the paint of each is looked for again beside the lane that was found, and each
-proposed line is a straight one through its own paint.
+`fcw.motion.lanes` finds the lane as two parallel lines on a road whose horizon it takes as known, so that
+they cannot show where the horizon is. Therefore the paint of each line is searched again near the lane that
+was found, and each proposed line is a straight line through its own paint.
 """
 
 import math
@@ -26,43 +26,44 @@ from fcw.units import MAD_TO_SIGMA
 
 DISTANCES_M = np.geomspace(7.0, 35.0, 60)
 ASIDE_M = np.arange(-0.6, 0.601, 0.02)
-"""How far beside the lane that was found its paint is looked for."""
+"""How far beside the lane that was found its paint is searched."""
 SIDE_STEPS = 12
-"""Paint is brighter than the road a quarter of a metre to both sides."""
+"""In steps of `ASIDE_M`, a quarter of a metre: paint is brighter than the road so far to both sides."""
 FEWEST_PLACES = 8
 LEAST_REACH = 1.6
-"""How many times as far as the nearest paint of a line the farthest must be: a single dash is no line."""
+"""Least ratio of the farthest to the nearest distance of a line's paint; a single dash is not a line."""
 INLYING_PX = 2.0
-"""Paint farther from the straight line is other paint."""
+"""Paint farther than this from the straight line does not belong to it."""
 PLACES_APART = 4
 """Least number of steps of `DISTANCES_M` between the two places of paint that a line is drawn through."""
 TRIED_RAD = tuple(math.radians(degrees) for degrees in (0, 1, -1, 2, -2, 3, -3, 4, -4))
-"""Pitches about the believed one."""
+"""Differences from the given pitch that are tried."""
 AGREEING_HEIGHTS = 0.015
-"""Lines that meet farther than this from the horizon of a pitch, in picture heights, contradict it."""
+"""Lines that meet farther than this from a pitch's horizon, in picture heights, contradict the pitch."""
 NONE_FOUND = "no lane lines found in this picture; go to one of a straight road, or draw them"
 LOOKED_FOR_RAD = (0.0, *(math.radians(sign * deg) for deg in range(1, 11) for sign in (1, -1)))
-"""The same where nobody has said anything of the camera."""
+"""The same if nothing is known about the camera."""
 YAWS_TRIED_RAD = tuple(math.radians(degrees) for degrees in (5, -5, 10, -10, 15, -15))
-"""Of a camera that looks aside, as some do that are put up by hand."""
+"""Yaws that are tried, for a camera that was mounted by hand and looks aside."""
 YAWED_PICTURES = 12
-"""Number of pictures in which they are tried: one takes half a second."""
+"""Number of pictures in which they are tried; each takes half a second."""
 FEWEST_LANES = 5
 LEAST_ASIDE_PART = 2 / 3
-"""With half of the pictures, kerbs and shadows met aside of a road that lay straight ahead."""
+"""Least part of the pictures that must show the lane aside. With half of them, kerbs and shadows met beside a
+road that was straight ahead."""
 LARGEST_SCATTER_HEIGHTS = 0.025
-"""Lanes tell where the road leads to if they scatter less than this, in picture heights; else they bend."""
+"""Lanes that scatter more than this, in picture heights, bend, and do not show where the road leads to."""
 COMMON_LANE_SIGMAS_HEIGHTS = 0.004, 0.03
-"""Of column and row: what all lanes of a clip have in common, camber and slopes, and that kerbs, bends and
-bonnets pass for them.
+"""Standard deviations of column and row that all lanes of a clip have in common: from camber and slopes, and
+from kerbs, bends and bonnets that are taken for lanes.
 
-On 16 clips of strangers they met 4 % of the picture's height from the horizon in the median, 16 % at most. To
-the side they agreed with the drive to 1 %.
+On 16 clips of strangers, lanes met at most 16 % of the picture's height from the horizon, in the median 4 %.
+To the side they agreed with the direction of travel to 1 %.
 """
 EVENLY_BENT_MPS = 60.0
-"""On a road for this speed no bend grows: straight lines are looked for."""
+"""At this speed the bend of a lane is assumed to be constant, so that straight lines are found."""
 STRAIGHT_PER_M = 1 / 600
-"""A lane that bends more has no vanishing point on the horizon."""
+"""Largest curvature of a lane whose vanishing point is on the horizon."""
 
 
 def propose_lane_lines(
@@ -71,9 +72,9 @@ def propose_lane_lines(
     """The left and the right line, each from its nearest paint to its farthest.
 
     Args:
-        image_bgr: (height, width, 3).
-        camera: as well as it is known; height and lens may be rough, and other pitches are tried.
-        tried_rad: those, against the camera's; the first that is not contradicted is taken.
+        image_bgr: (height, width, 3) picture.
+        camera: the camera as far as it is known; height and lens may be rough, and other pitches are tried.
+        tried_rad: the differences from its pitch to try; the first one that the lines agree with is used.
 
     Raises:
         UserError: the picture shows no lane, or one that bends.
@@ -101,7 +102,7 @@ def propose_lane_lines(
 def _propose(
     grey: NDArray[np.uint8], small_grey: NDArray[np.uint8], factor: int, camera: GroundPlaneCamera
 ) -> tuple[Segment, Segment]:
-    """The lines, if the camera's pitch is about right; the small picture is smaller by the factor."""
+    """The lines, if the camera's pitch is about right; `factor` is the ratio of the pictures' sizes."""
     lane = find_lane(small_grey, RoadView.of(camera, factor), 0.0, 0.0, EVENLY_BENT_MPS)
     if lane is None:
         raise UserError(NONE_FOUND)
@@ -116,7 +117,7 @@ def _propose(
 
 
 def _paint(grey: NDArray[np.uint8], view: RoadView, lane: Lane, side: float) -> FloatArray:
-    """(N, 2) columns and rows of the brightest ridge near the line, one for each distance that has one."""
+    """(N, 2) columns and rows of the brightest ridge near a line of the lane, for each distance with one."""
     offset_m, heading_rad, bend_per_m, _, lane_m = (float(value) for value in lane.mean)
     line_m = offset_m + heading_rad * DISTANCES_M + bend_per_m * DISTANCES_M**2 / 2 + side * lane_m / 2
     columns, rows = view.places(line_m[:, None] + ASIDE_M, DISTANCES_M[:, None])
@@ -127,7 +128,7 @@ def _paint(grey: NDArray[np.uint8], view: RoadView, lane: Lane, side: float) -> 
     ridge = middle - np.maximum(values[:, : -2 * SIDE_STEPS], values[:, 2 * SIDE_STEPS :])
     best = np.argmax(ridge, axis=1)
     each = np.arange(len(best))
-    # The middle of the paint: a wide line has a flat top.
+    # Take the middle of the paint, because a wide line is equally bright across.
     bright = ridge > 0.5 * ridge[each, best][:, None]
     near = np.abs(np.arange(ridge.shape[1]) - best[:, None]) <= SIDE_STEPS
     weights = np.where(bright & near, ridge, 0.0)
@@ -151,7 +152,7 @@ def _through_paint(places: FloatArray, horizon_px: float) -> Segment | None:
     if best.sum() < FEWEST_PLACES:
         return None
     columns, rows = places[best, 0], places[best, 1]
-    # Distances are as the inverse of rows below the horizon.
+    # Distances are proportional to the inverse of rows below the horizon.
     if rows.max() - horizon_px < LEAST_REACH * (rows.min() - horizon_px):
         return None
     slope, column_at_zero = np.polyfit(rows, columns, 1)
@@ -169,7 +170,7 @@ def meeting_point(left: Segment, right: Segment) -> PixelPoint:
 
 
 def lanes_meet(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> PixelPoint:
-    """Column and row where the lines of the own lane meet, of a camera that nothing is known of.
+    """Column and row where the lines of the own lane meet, for a camera about which nothing is known.
 
     Arguments and errors are those of `propose_lane_lines`.
     """
@@ -177,9 +178,9 @@ def lanes_meet(image_bgr: NDArray[np.uint8], camera: GroundPlaneCamera) -> Pixel
 
 
 def agreed_meeting(meetings: Sequence[PixelPoint], size: ImageSize) -> tuple[Gaussian, Gaussian] | None:
-    """Column and row where lanes of many pictures meet; None if they are few, or disagree.
+    """Column and row where the lanes of many pictures meet; None if they are few, or disagree.
 
-    Bends err alike, so the scatter of one stands for all.
+    Errors from a bend are alike in all pictures, so the scatter is not divided by their number.
     """
     if len(meetings) < FEWEST_LANES:
         return None
@@ -198,11 +199,11 @@ def agreed_meeting(meetings: Sequence[PixelPoint], size: ImageSize) -> tuple[Gau
 def lanes_aside(
     pictures: Sequence[NDArray[np.uint8]], camera: GroundPlaneCamera
 ) -> tuple[Gaussian, Gaussian] | None:
-    """Where lanes meet that a camera sees which looks aside; None unless two of three pictures show them.
+    """Where lanes meet for a camera that looks aside; None unless two thirds of the pictures show them.
 
     Args:
         pictures: (height, width, 3) BGR.
-        camera: that looks straight ahead.
+        camera: the camera as if it looked straight ahead.
     """
     best: list[PixelPoint] = []
     too_few = LEAST_ASIDE_PART * len(pictures)
@@ -212,7 +213,7 @@ def lanes_aside(
         meetings: list[PixelPoint] = []
         for remaining, picture in zip(range(len(pictures), 0, -1), pictures, strict=True):
             if len(meetings) + remaining <= max(too_few, len(best)):
-                break  # whatever the rest shows, too few will have shown one
+                break  # even with all the others there would be too few
             with suppress(UserError):
                 meetings.append(lanes_meet(picture, turned))
         best = max(best, meetings, key=len)

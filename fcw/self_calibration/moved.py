@@ -1,7 +1,7 @@
-"""Whether the camera was moved in the middle of a clip: knocked by a crash, or turned by hand.
+"""Finds out whether the camera was moved during a clip, by a crash or by hand.
 
-What tells of the horizon, vehicles and lanes, then tells one row before and another one after. Taken together
-it would be a camera that never was.
+Then the signs of the horizon, which are vehicles and lanes, put it at one row before and at another one
+after. Together they would give a camera that never existed.
 """
 
 import math
@@ -15,20 +15,20 @@ from fcw.motion.travel.direction import TravelDirection
 LEAST_SHIFT_RAD = math.radians(5.0)
 """Hills, load and hard braking pitch the picture by less."""
 FEWEST = 3
-"""Of signs of the horizon, on each side of the move."""
+"""Least number of signs of the horizon before the move, and after it."""
 WITHIN_PART = 1 / 3
-"""A sign agrees with its side if it lies within this part of the shift from the side's median."""
+"""A sign agrees with its side if it is within this part of the shift from the median of the side."""
 LEAST_AGREEING = 0.75
-"""Part of the signs of each side that must agree."""
+"""Least part of the signs of each side that agree."""
 SURE_SIGMAS = 2.0
-"""Two rows are the same if they differ by less than the least shift, with so many sigmas on top."""
+"""Two rows are the same if their difference plus so many sigmas is less than the least shift."""
 
 
 def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[float, float] | None:
-    """Between which times the camera was moved; None where nothing says that it was.
+    """The times between which the camera was moved; None if nothing shows that it was.
 
     Args:
-        signs: times in seconds, and the row at which something seen then puts the horizon, in any order.
+        signs: times in seconds, and the row of the horizon by something that was seen then, in any order.
         focal_px: focal length.
     """
     ordered = np.array(sorted(signs)).reshape(-1, 2)
@@ -50,12 +50,12 @@ def moved_at(signs: Sequence[tuple[float, float]], focal_px: float) -> tuple[flo
 def leads_to_one_row(travel: TravelDirection, moved_s: tuple[float, float], focal_px: float) -> bool:
     """Whether the direction of travel points to the same row before and after, so that there was no move.
 
-    Lane lines are found on other edges now and then, and the horizon that they tell jumps. The direction of
-    travel does not depend on them.
+    Lane lines are sometimes found on other edges, and then their horizon jumps. The direction of travel does
+    not depend on them.
 
     Args:
         travel: direction of travel over the whole clip.
-        moved_s: between which times the camera seems to have been moved.
+        moved_s: the times between which the camera seems to have been moved.
         focal_px: focal length.
     """
     before, after = travel.between(-math.inf, moved_s[0]).told(), travel.between(moved_s[1], math.inf).told()

@@ -13,26 +13,27 @@ from fcw.camera.lens.model import Lens
 from fcw.errors import UserError
 
 FEWEST_PLACES = 5
-"""Of marks with columns, or along an edge; fewer tell nothing of a lens."""
+"""Least number of marks with columns, or of places along an edge; fewer show nothing of a lens."""
 ASIDE_PART = 0.1
-"""Of the picture's width: marks nearer to one column tell nothing either."""
+"""Least spread of the marks' columns, as a part of the picture's width; less shows nothing either."""
 WIDE_BEND = Gaussian(-0.2, 0.15)
 """k1 of lenses whose picture nobody straightened: Udacity's -0.24, KITTI's raw ones -0.37, phones near 0."""
 BENT_ODDS = 30.0
-"""From which it is spoken of: even odds before, and about one straight picture accused in as many."""
+"""Least odds at which it is reported. With even prior odds, about one straight picture in so many is
+reported wrongly."""
 SCORE_TOLERANCE = 1e-10
 LEAST_BEND_PX = 3.0
-"""At the picture's corners; less changes no distance that matters."""
+"""Least shift of the picture's corners; a smaller one changes no distance noticeably."""
 
 
 @dataclass(frozen=True, slots=True)
 class BentPicture:
-    """A lens that explains better what was said than a picture free of distortion does.
+    """A lens with distortion that explains the input better than a lens without.
 
     Attributes:
-        lens: as it comes out.
-        corner_px: how far it moves the picture's corners.
-        odds: how much better it explains it.
+        lens: the fitted lens.
+        corner_px: how far it moves the corners of the picture.
+        odds: how much better it explains the input.
     """
 
     lens: Lens
@@ -50,16 +51,16 @@ class BentPicture:
 
 
 def bent_picture(known: Known) -> BentPicture | None:
-    """The lens that bends the picture, where that is clearly likelier than a straight one; else None.
+    """The lens that bends the picture, if it is clearly likelier than one without distortion; else None.
 
-    Lane lines by their two ends tell nothing: along the road they run to the picture's middle, and a lens
-    bends such lines least. Edges across tell, and marks beside each other in several columns.
+    Lane lines given by two ends show nothing: they run to the middle of the picture, and a lens bends such
+    lines least. Edges across the road show it, and so do marks side by side in several columns.
 
-    Both are scored by what was said under them, the unknowns integrated out (Laplace), so that a lens that
-    merely may fit better does not win.
+    Each of the two is scored by the probability of the input with the unknowns integrated out (Laplace), so
+    that the lens with more freedom does not win merely because it can fit better.
 
     Args:
-        known: what is known; its lens and bend do not count.
+        known: what is known; its lens and bend are not used.
     """
     evidence = known.evidence
     columns_px = [point.column_px for point in evidence.points if point.column_px is not None]
@@ -72,7 +73,7 @@ def bent_picture(known: Known) -> BentPicture | None:
     try:
         plain_x, plain_covariance = solved(straight)
         misfits = plain.residuals(plain_x)
-        # A lens wins no more than the misfit that it takes away: where that is little, none is looked for.
+        # A lens cannot gain more than the misfit that it removes; if that is small, none is fitted.
         if misfits @ misfits / 2 <= math.log(BENT_ODDS):
             return None
         x, covariance = bent.solve(SCORE_TOLERANCE)

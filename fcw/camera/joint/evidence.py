@@ -1,4 +1,4 @@
-"""What is known of the road in a picture."""
+"""What is known about the road in a picture."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,26 +7,26 @@ from fcw.camera.calibration import Gaussian, GroundPoint, GroundRectangle, Numbe
 from fcw.camera.vanishing import Segment
 
 VEHICLE_WIDTH_M = Gaussian(1.8, 0.16)
-"""Of passenger cars, vans among them, with what a box adds and takes."""
+"""Width of passenger cars, including vans, with the errors of their boxes."""
 CAR_HEIGHT_M = Gaussian(1.5, 0.15)
-"""Of passenger cars, likewise."""
+"""Height of passenger cars, likewise."""
 CAR_LENGTH_M = 4.2
-"""Likewise, for how much of its side one shows."""
+"""Length of a passenger car, which tells how much of its side is visible."""
 TALL_WIDTH_M = Gaussian(2.2, 0.45)
-"""Of what is taller than wide: vans, lorries and buses, three-wheelers."""
+"""Width of vehicles that are taller than wide: vans, lorries, buses and three-wheelers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ruler:
-    """A vehicle on the road ahead, whose width is about known.
+    """A vehicle on the road ahead whose width is about known.
 
     Attributes:
-        column_px: of the middle of its lower edge.
-        row_px: of its lower edge.
-        width_px: of its rear.
-        width_m: of its rear, as its kind has it.
-        row_sigma_px: error of the lower edge.
-        side_known: whether the width, in the picture and in metres, is that of rear and side together.
+        column_px: column of the middle of its lower edge.
+        row_px: row of its lower edge.
+        width_px: width of its rear in the picture.
+        width_m: width of its rear in metres, as usual for its kind.
+        row_sigma_px: standard deviation of the row of the lower edge.
+        side_known: whether both widths are those of rear and side together.
     """
 
     column_px: float
@@ -39,26 +39,27 @@ class Ruler:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What is known, besides the lens and the height.
+    """What is known besides the lens and the height.
 
     Attributes:
-        points: marks at distances from the reference; with a column they tell of the roll.
-        first_unknown: whether the points' distances count from the first of them, whose own is not known:
+        points: marks at distances from the reference; with columns they show the roll.
+        first_unknown: whether distances count from the first point, whose own distance is not known, as with
             dashes of a known period.
-        lines: straight lines of the road along the direction of travel, each by two of its points; a known
-            lateral distance apart they tell of the height.
-        lane_width_m: between the first two lines.
-        horizon: two points of it.
+        lines: straight lines on the road along the direction of travel, each given by two of its points. If
+            their lateral distance is known, they show the height.
+        lane_width_m: lateral distance between the first two lines.
+        horizon: two points of the horizon.
         travel_px: column and row that straight driving leads to.
-        rulers: vehicles.
-        yaw_rad: of the camera to the left, where it is known besides.
-        roll_rad: of the camera to the right, likewise.
-        scale_px_m: focal length times height: what a known speed tells, by how fast the road flows by.
-        focal_px: focal length, as the turns of a clip tell it.
-        edges: columns and rows along what is straight in the world, three places or more of each.
+        rulers: vehicles of about known width.
+        yaw_rad: yaw of the camera to the left, if it is known from elsewhere.
+        roll_rad: roll of the camera to the right, if it is known from elsewhere.
+        scale_px_m: focal length times height, from a known speed and how fast the road flows by.
+        focal_px: focal length from the turns of a clip.
+        edges: columns and rows along lines that are straight in the world, at least three places of each.
         plates: number plates of vehicles ahead.
-        rectangles: on the road, wherever they lie and however they are turned.
-        period_sigma_m: of dashes whose period was measured; None of one that a rule says, which may err.
+        rectangles: rectangles on the road, at any place and angle.
+        period_sigma_m: standard deviation of the dashes' period if it was measured; None if it comes from a
+            rule, which may be wrong.
     """
 
     points: tuple[GroundPoint, ...] = ()
@@ -78,11 +79,11 @@ class Evidence:
     plates: tuple[NumberPlate, ...] = ()
 
     def moved(self, to: Callable[[Places], Places], ahead_px: float) -> "Evidence":
-        """What somebody clicked, as it lies in another picture of the same camera; all else stays.
+        """The same with everything that was clicked moved to another picture of the same camera.
 
         Args:
-            to: gives the places, columns and rows, in the other picture.
-            ahead_px: the column of points without one.
+            to: converts places (columns and rows) to those in the other picture.
+            ahead_px: the column to use for points without one.
         """
 
         def segment(ends: Segment) -> Segment:
@@ -107,5 +108,5 @@ class Evidence:
 
     @property
     def has_distances(self) -> bool:
-        """Whether lengths on the road are known, so that distances do not rest on the lens and the height."""
+        """Whether lengths on the road are known, so that distances do not depend on lens and height alone."""
         return bool(self.points) or any(rectangle.has_size for rectangle in self.rectangles)

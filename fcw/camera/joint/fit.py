@@ -1,4 +1,4 @@
-"""Least squares over all that is open of a camera."""
+"""Least squares over all unknowns of a camera."""
 
 import math
 from collections.abc import Sequence
@@ -50,36 +50,36 @@ from fcw.camera.straight import Orientation, Straightening, straight_column
 from fcw.errors import UserError
 
 START_SIGMA_M = 20.0
-"""Of the first of marks whose first distance is not known."""
+"""Standard deviation of the first mark's distance if it is not known."""
 FLEET_SIGMA = 0.04
-"""Of the widths of all vehicles together, as a part of them: a country's mix, a detector's margin."""
+"""Relative error that the widths of all vehicles share: a country's mix, a detector's margin."""
 SLOPE_SIGMA_RAD = math.radians(0.25)
-"""Of the road that all vehicles of a clip stand on, against the plane that the car stands on.
+"""Standard deviation of the slope of the road under the vehicles of a clip against that under the own car.
 
-However many there are, they tell the horizon no better than this.
+However many vehicles there are, they do not show the horizon better than this.
 """
 SMALLEST_DEPTH_M = 0.2
 TANGENTS, LOG_FOCALS, LOG_HEIGHTS = (-1.0, 1.5), (3.0, 12.0), (-5.0, 10.0)
-"""Of cameras that are tried; a fit that ends beyond has found none."""
+"""Ranges of the cameras that are tried; a fit that ends outside has failed."""
 NO_BEND = Gaussian(0.0, CLOSED_SIGMA)
 LARGEST_BEND = 0.6
 FOCAL_SIGMA = 0.01
-"""Of a lens whose intrinsics are known, as a part: focus, warmth, another copy of the lens."""
+"""Relative error of a known focal length: focus, temperature, another copy of the lens."""
 
 
 class JointFit:
-    """Residuals in sigmas of all evidence and beliefs over the unknowns."""
+    """Residuals of all evidence and priors, in sigmas, as a function of the unknowns."""
 
     def __init__(self, known: Known, slip: Slip = NO_SLIP) -> None:
-        """What is fitted.
+        """Prepare the fit.
 
         Args:
             known: what is known.
-            slip: of dashes from where their period has them.
+            slip: how dashes may differ from their period.
         """
         evidence, size, height_m = known.evidence, known.image_size, known.height_m
         priors, lens, bend = known.priors, known.lens, known.bend or NO_BEND
-        # Each mark lies a little off for itself, which near the camera is more rows than a click.
+        # Each mark also has an error of its own. Near the camera it is more rows than a click is off.
         self._mark_error, self._slip_m = MARK_ERROR_PART * known.tape_error, np.array(slip.by_mark_m)
         self._known, self._evidence, self._size, self._lens = known, evidence, size, lens
         self._offset_m, self._click_px = known.reference_offset_m, known.click_sigma_px
@@ -101,8 +101,8 @@ class JointFit:
         focal_px = size.width / 2 / math.tan(view.value / 2)
         focal_sigma, height_sigma = 10.0, max(height_m.sigma / height_m.value, CLOSED_SIGMA)
         if lens is not None:
-            # The straight picture is that of this lens: its axis and focal length are what they are there.
-            # What the focal length has wrong does to distances what the height would.
+            # The straight picture is made with this lens, so its axis and focal length are exact there. An
+            # error of the real focal length affects distances as an error of the height does.
             axis, focal_px, focal_sigma = Gaussian(lens.row_px, CLOSED_SIGMA), lens.focal_y_px, CLOSED_SIGMA
             height_sigma = math.hypot(height_sigma, FOCAL_SIGMA)
             self._column_px = lens.column_px
@@ -151,7 +151,7 @@ class JointFit:
         self._steps = (*STEPS, *RECTANGLE_STEPS * rectangles)
 
     def camera(self, x: FloatArray) -> tuple[GroundPlaneCamera, Orientation]:
-        """The straight camera, and how the real one is turned; without sigmas."""
+        """The straight camera, and yaw and roll of the real one without their sigmas."""
         orientation = Orientation(float(x[YAW]), float(x[ROLL]))
         real = GroundPlaneCamera(
             math.atan(float(x[TANGENT])),
@@ -391,7 +391,7 @@ class JointFit:
 
 @lru_cache(maxsize=8)
 def solved(known: Known) -> tuple[FloatArray, FloatArray]:
-    """Unknowns and covariance of everything as it was said: whoever asks again gets the same fit."""
+    """The fitted unknowns and their covariance; cached, so that the same input is fitted only once."""
     x, covariance = JointFit(known).solve()
     x.setflags(write=False)
     covariance.setflags(write=False)

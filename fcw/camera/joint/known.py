@@ -1,4 +1,4 @@
-"""All that is known of a camera and its road: what a fit of everything takes."""
+"""All that is known about a camera and its road: the input of the joint fit."""
 
 from dataclasses import dataclass, replace
 
@@ -10,27 +10,27 @@ from fcw.camera.prior_sigmas import TAPE_ERROR
 from fcw.frame import ImageSize
 
 CLOSED_SIGMA = 1e-6
-"""Of an unknown that is not open."""
+"""Standard deviation of an unknown that is held fixed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """What somebody has said and clicked.
+    """What the user has stated and clicked.
 
     Attributes:
-        evidence: what is known of the road in the picture.
-        image_size: of the picture.
-        height_m: of the camera, and how well it is known.
-        reference_offset_m: from the camera forward to where distances start.
+        evidence: what is known about the road in the picture.
+        image_size: size of the picture.
+        height_m: height of the camera, and how well it is known.
+        reference_offset_m: distance from the camera forward to where distances start.
         click_sigma_px: standard deviation of a clicked column or row.
-        priors: what else is stated; what is not is as in every lens.
-        lens: the camera's intrinsics and distortion, where they are known.
-        tape_error: standard deviation of all distances together, as a part of them; of a period, too.
-        bend: k1 of a lens that is not known but bends the picture (Brown 1971); it is fitted with the rest.
-            None of a picture free of distortion.
-        axis_column_px: column of the axis in pictures that were made straight through a lens; None in the
-            middle. Of a lens that is known it is its own.
-        rough: where nothing tells where the road lies, take the camera as most people put it up.
+        priors: other stated values; the rest is assumed as for usual lenses.
+        lens: intrinsics and distortion of the camera, if they are known.
+        tape_error: standard deviation of all distances together, as a part of them; also of a period.
+        bend: k1 of an unknown lens that bends the picture (Brown 1971), which is fitted with the rest; None
+            for a picture without distortion.
+        axis_column_px: principal column of pictures that were straightened with a lens; None for the middle.
+            With a known lens, the lens's own column is used.
+        rough: if nothing shows where the road is, assume the usual mounting of a camera.
     """
 
     evidence: Evidence
@@ -47,10 +47,9 @@ class Known:
 
     @property
     def is_of_rows(self) -> bool:
-        """Whether a fit of rows (`fcw.camera.solve`) has a place for all of it.
+        """Whether the fit of rows (`fcw.camera.solve`) can use all of it.
 
-        It has none for anything but taped points, and none for where these lie across the picture, which
-        tells how the camera is rolled.
+        That fit takes only measured points, and ignores their columns, which would show the roll.
         """
         said = replace(self.evidence, points=(), edges=()) != Evidence()
         columns = {point.column_px for point in self.evidence.points if point.column_px is not None}
@@ -58,12 +57,12 @@ class Known:
 
     @property
     def tells_of_the_road(self) -> bool:
-        """Whether anything but how cameras usually are tells where the road lies in the picture."""
+        """Whether anything besides the usual mounting shows where the road is in the picture."""
         evidence, priors = self.evidence, self.priors
         road = len(evidence.points) + 2 * (len(evidence.lines) > 1) + 2 * (evidence.horizon is not None)
         road += 2 * (evidence.travel_px is not None) + len(evidence.rulers) + len(evidence.plates)
         road += RECTANGLE_FACTS * len(evidence.rectangles) + (priors.horizon_row_px is not None)
-        # A lens and a speed say how far away what is seen of the road is, but not where it lies.
+        # A lens and a speed give the scale of distances, but do not show where the road is.
         lens = (priors.field_of_view_rad is not None) + (priors.principal_row_px is not None)
         lens += (evidence.scale_px_m is not None) + 2 * (self.lens is not None)
         return road > 0 and road + lens >= 2
@@ -71,11 +70,11 @@ class Known:
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """How dashes may lie elsewhere than their period has them, all by one unknown.
+    """How dashes may differ from their period, described by a single unknown.
 
     Attributes:
-        by_mark_m: what a slip of 1 moves each mark by; empty where none moves.
-        sigma: of the slip.
+        by_mark_m: how far a slip of 1 moves each mark; empty if none moves.
+        sigma: standard deviation of the slip.
     """
 
     by_mark_m: tuple[float, ...]

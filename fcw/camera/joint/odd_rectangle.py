@@ -1,4 +1,4 @@
-"""Whether four corners are no rectangle of the sides that were said: exchanged sides, a corner elsewhere."""
+"""Finds rectangles whose corners contradict the stated sides: exchanged sides, or a misplaced corner."""
 
 import math
 from dataclasses import dataclass, replace
@@ -14,23 +14,23 @@ from fcw.camera.joint.unknowns import CAMERA_UNKNOWNS, LOG_TAPE
 from fcw.errors import UserError
 
 ODD_SIGMAS = 5.0
-"""Misfit of a rectangle from which it is spoken of. Ten residuals less its own five unknowns exceed that once
-in 7,000 (chi-squared), and the camera gives way besides."""
+"""Least misfit of a rectangle that is reported. Ten residuals less its five unknowns exceed it once in 7,000
+times (chi-squared), and less often because the camera adapts too."""
 SWAPPED_ODDS = 5.0
-"""How much likelier exchanged sides must be. Seen from an angle they are told apart by far more; only who
-stands square before a rectangle leaves it to the lens. Of 160 right ones before random cameras none was
-accused (`benchmarks/calibration/rectangle.py --count 20`)."""
+"""Least odds of exchanged sides. Seen at an angle, the odds are far larger; only if the camera looks straight
+at the rectangle does it depend on the lens. None of 160 correct rectangles in front of random cameras was
+reported (`benchmarks/calibration/rectangle.py --count 20`)."""
 UNKNOWN_SIGMA_M = 1e6
-"""Of a side that is left open."""
+"""Standard deviation of a side that is left open."""
 
 
 @dataclass(frozen=True, slots=True)
 class OddRectangle:
-    """A rectangle that is not as it was said.
+    """A rectangle that contradicts what was stated.
 
     Attributes:
-        index: of it, in the evidence.
-        swapped: whether it fits with its sides exchanged.
+        index: its index in the evidence.
+        swapped: whether it fits if its sides are exchanged.
         text: what is wrong, in one sentence.
     """
 
@@ -40,7 +40,7 @@ class OddRectangle:
 
 
 def odd_rectangle(known: Known) -> OddRectangle | None:
-    """The first rectangle that is not as it was said; None where all are."""
+    """The first rectangle that contradicts what was stated; None if there is none."""
     if not known.evidence.rectangles:
         return None
     try:
@@ -62,15 +62,15 @@ def odd_rectangle(known: Known) -> OddRectangle | None:
 
 
 def swap_gain(known: Known, index: int) -> float:
-    """Logarithm of how much likelier the sides of a rectangle are exchanged than as they were said.
+    """Logarithm of the odds that the sides of a rectangle are exchanged.
 
-    Fitted without them, all else tells how long they are, and how surely: of this Gaussian each way round has
-    its density (the posterior predictive; Gelman et al. 2013, "Bayesian Data Analysis", section 1.3). One fit
-    serves both, and it is never drawn aside by sides that are wrong.
+    A fit without the sides predicts their lengths with their uncertainty. The stated sides have a density
+    under this Gaussian in either order (the posterior predictive; Gelman et al. 2013, "Bayesian Data
+    Analysis", section 1.3). One fit serves both orders, and wrong sides cannot pull it aside.
 
     Args:
         known: all that is known.
-        index: of the rectangle.
+        index: index of the rectangle.
     """
     as_said, exchanged = _both_ways(known, index)
     return exchanged.log_density - as_said.log_density
@@ -78,11 +78,11 @@ def swap_gain(known: Known, index: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Sides:
-    """How well the sides of a rectangle agree with all else.
+    """How well the sides of a rectangle agree with everything else.
 
     Attributes:
-        log_density: of them, but for what does not depend on their order.
-        sigmas: they are off together.
+        log_density: logarithm of their density, up to terms that do not depend on their order.
+        sigmas: how far both together are off.
     """
 
     log_density: float = 0.0
@@ -90,14 +90,14 @@ class _Sides:
 
 
 def _are_exchanged(known: Known, index: int) -> bool:
-    """Whether exchanged sides are far likelier, and explain what was clicked."""
+    """Whether exchanged sides are far likelier, and agree with what was clicked."""
     as_said, exchanged = _both_ways(known, index)
     likelier = exchanged.log_density - as_said.log_density > math.log(SWAPPED_ODDS)
     return likelier and exchanged.sigmas < ODD_SIGMAS
 
 
 def _both_ways(known: Known, index: int) -> tuple[_Sides, _Sides]:
-    """The sides as they were said, and exchanged."""
+    """The sides as stated, and exchanged."""
     rectangle = known.evidence.rectangles[index]
     if rectangle.swapped == rectangle:
         return _Sides(), _Sides()
@@ -114,7 +114,7 @@ def _both_ways(known: Known, index: int) -> tuple[_Sides, _Sides]:
 
 
 def _with_open_sides(known: Known, index: int) -> Known:
-    """The rectangle's sides known to nothing: left out they would change what is believed of the lens."""
+    """The same with unknown sides. Leaving the sides out instead would change the prior of the lens."""
     rectangles = list(known.evidence.rectangles)
     first, second = (side and Gaussian(side.value, UNKNOWN_SIGMA_M) for side in rectangles[index].sides_m)
     rectangles[index] = replace(rectangles[index], first_side_m=first, second_side_m=second)
@@ -122,7 +122,7 @@ def _with_open_sides(known: Known, index: int) -> Known:
 
 
 def _sides_by(rectangle: GroundRectangle, lengths: FloatArray, spread: FloatArray) -> _Sides:
-    """Those that are known against logarithms of their lengths, and the covariance of these."""
+    """Compare the stated sides with the logarithms of the predicted lengths and their covariance."""
     told = [(k, side) for k, side in enumerate(rectangle.sides_m) if side is not None]
     at = [k for k, _ in told]
     off = np.array([math.log(side.value) for _, side in told]) - lengths[at]

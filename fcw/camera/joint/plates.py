@@ -1,8 +1,8 @@
-"""Number plates as rulers: how wide they would be at the distance at which their vehicle stands.
+"""Number plates as rulers: their width in metres at the distance of their vehicle.
 
-A plate's width is known to a hundredth, that of a vehicle only to some, but it has far fewer pixels. It
-stands at the rear face, above the road; the row of a rear tyre tells how far away the tyre meets the road,
-and the rear face is an overhang nearer.
+The width of a plate is known to 1 %, that of a vehicle only to some per cent, but a plate has far fewer
+pixels. It is on the rear face, above the road. The row of a rear tyre gives the distance at which the tyre
+meets the road, and the rear face is nearer by the overhang.
 """
 
 import math
@@ -17,20 +17,21 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 PLACES = 3
-"""Of each plate: two ends, and where a tyre meets the road."""
+"""Clicked places of each plate: its two ends, and where a tyre meets the road."""
 PLATE_SIGMA_M = 0.004
-"""Of a plate of a known country: its rim is bent, and its ends are rounded."""
+"""Standard deviation of a plate's width in a known country: rims are bent, and ends are rounded."""
 PLATE_WIDTHS_M = {"eu": 0.520, "us": 0.3048, "jp": 0.330, "au": 0.372}
-"""EU and Britain; USA, Canada and Mexico; Japan; Australia. Their ordinary plates for cars, by law."""
+"""Widths of the ordinary plates for cars, by law: EU and Britain; USA, Canada and Mexico; Japan;
+Australia."""
 OVERHANG_M = Gaussian(0.75, 0.25)
-"""From the rear edge of a tyre's contact back to the plate: in drawings of common cars it is 0.6 to 1.1 m
-from axle to bumper; a belief, not a count."""
+"""Distance from the rear edge of a tyre's contact back to the plate. In drawings of common cars, bumpers are
+0.6 to 1.1 m behind the axle; this is an estimate, not a count."""
 TURN_SIGMA = 0.01
-"""Of the width, as a part of it: a vehicle turned by 8 degrees shows one hundredth less."""
+"""Relative error of the width from the angle of the vehicle: at 8 degrees it looks 1 % narrower."""
 NARROWEST_PX = 4.0
 NARROWEST_M, WIDEST_M = 0.1, 1.0
 LOWEST_M, HIGHEST_M = 0.3, 6.0
-"""Of a camera, as plates that were clicked badly may have it; a fit does not start beyond."""
+"""Range of camera heights at which a fit starts, even if plates were clicked badly."""
 
 
 def check_plate(plate: NumberPlate, image_size: ImageSize) -> None:
