@@ -20,12 +20,12 @@ SLOWEST_MEAN_MPS = 1.0
 
 @dataclass(frozen=True, slots=True)
 class MeanSpeed:
-    """The mean speed over a clip by its pictures.
+    """The mean speed over a clip, measured in its pictures.
 
     Attributes:
-        heights_per_s: in camera heights a second.
-        focal_px: focal length that was taken for granted: with another one the speed is another, too.
-        times_ns: of the pictures whose speed that mean is of.
+        heights_per_s: speed in camera heights per second.
+        focal_px: focal length that was assumed; with another one, the speed is different too.
+        times_ns: times of the pictures over which the mean was taken.
     """
 
     heights_per_s: float

@@ -1,4 +1,4 @@
-"""The vehicles of a clip as rulers: each counts once, however often it is seen."""
+"""The vehicles of a clip as rulers; each counts once, however often it is seen."""
 
 from collections.abc import Callable, Sequence
 
@@ -34,11 +34,11 @@ BONNET_PART = 0.03
 class VehicleRulers:
     """Collects the vehicles of a clip as rulers, picture by picture.
 
-    A vehicle that stays is one ruler: the first time it is seen whole. So is what comes back to the same
-    place: a lead that was missed for a moment, or the own bonnet.
+    A vehicle that stays in view is one ruler, from the first time that it is seen whole. The same holds for a
+    box that comes back at the same place, such as a lead that was missed for a moment, or the own bonnet.
 
     Args:
-        size: of the pictures.
+        size: size of the pictures.
     """
 
     def __init__(self, size: ImageSize) -> None:
@@ -48,7 +48,7 @@ class VehicleRulers:
         self._rulers: list[Ruler] = []
 
     def look(self, boxes: Sequence[Box]) -> list[Ruler]:
-        """Take the boxes found in a picture; returns the new rulers."""
+        """Take the boxes found in a picture, and return the new rulers."""
         new: list[Ruler] = []
         for box in boxes:
             known = _any_overlaps(box, self._before, SAME_OVERLAP)
@@ -62,7 +62,7 @@ class VehicleRulers:
         return new
 
     def spread(self) -> tuple[Ruler, ...]:
-        """Some of the rulers, evenly over all sizes: near and far ones tell different things."""
+        """Some of the rulers, evenly over all sizes, because near and far ones show different things."""
         ordered = sorted(self._rulers, key=lambda ruler: ruler.width_px)
         if len(ordered) <= RULER_COUNT:
             return tuple(ordered)
@@ -97,9 +97,9 @@ def vehicles_of(
 
 
 def ruler_of(box: Box, size: ImageSize) -> Ruler | None:
-    """A box as a ruler; None where it is cut, small or far aside.
+    """A box as a ruler; None if it is cut off, small or far aside.
 
-    The width of a vehicle that shows its side is taken from its height.
+    For a vehicle that shows its side, the width is computed from the height.
     """
     left, right = (part * size.width for part in AHEAD_PARTS)
     whole = box.x > 1 and box.right < size.width - 2 and box.bottom < (1 - BONNET_PART) * size.height

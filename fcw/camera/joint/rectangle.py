@@ -1,11 +1,11 @@
-"""What a rectangle on the ground tells of a camera, by the image of its four corners.
+"""What the four corners of a rectangle on the ground show about a camera.
 
-The two pairs of parallel sides meet on the horizon, and stand at right angles: that is the horizon's row,
-the roll and the focal length (Criminisi, Reid and Zisserman 2000, "Single view metrology"; Zhang 2000, "A
-flexible new technique for camera calibration", with one picture of one plane). The ratio of two known sides
-is a fourth fact, and a known side tells the height. The closed solution is the start only: where the
-rectangle lies, how it is turned and how long its sides are is fitted with the camera, so that each corner is
-met in the picture, where the click's error is.
+The two pairs of parallel sides meet on the horizon, and the sides are at right angles. This gives the horizon
+row, the roll and the focal length (Criminisi, Reid and Zisserman 2000, "Single view metrology"; Zhang 2000,
+"A flexible new technique for camera calibration", with one picture of one plane). The ratio of two known
+sides is a fourth fact, and a known side gives the height. The closed solution is only the start: the place,
+the heading and the sides of the rectangle are fitted together with the camera, with residuals in the picture,
+where the errors of the clicks are.
 """
 
 import math
@@ -22,30 +22,30 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 RECTANGLE_FACTS = 3
-"""Of a camera, whatever its sides: the horizon's row, the roll and the focal length."""
+"""Number of facts about a camera, even if the sides are unknown: horizon row, roll and focal length."""
 RECTANGLE_MEANS = (15.0, 0.0, 0.0, math.log(4.0), math.log(4.0))
 RECTANGLE_SIGMAS = (30.0, 30.0, 1e3, 1.5, 1.5)
-"""Of its middle ahead and to the left in metres, its first side's heading to the left in radians, and the
-logarithms of its sides: wide enough that they decide nothing."""
+"""Standard deviations of its middle ahead and to the left in metres, of the heading of its first side to the
+left in radians, and of the logarithms of its sides; so large that they have no influence."""
 RECTANGLE_STEPS = (1e-4, 1e-4, 1e-5, 1e-5, 1e-5)
 ALONG_SIGMA_RAD = math.radians(1.0)
-"""Between paint that lies along the road and a car that drives along it."""
+"""Standard deviation of the angle between paint along the road and the direction of travel."""
 CORNERS = 4
 SMALLEST_TURN = 0.02
-"""Sine of the least corner in the picture: a flatter one is no corner to the eye."""
+"""Least sine of the angle at a corner in the picture; a flatter corner is hardly visible."""
 SHORTEST_SIDE_PX = 5.0
 SHORTEST_SIDE_M, LONGEST_SIDE_M = 0.3, 100.0
 LEAST_BELOW_PX = 3.0
-"""Where a camera to start from has a corner in the sky, it lies so far below the horizon."""
+"""A corner that the first camera of a fit has in the sky is placed so far below the horizon."""
 FOCAL_PARTS = (0.3, 5.0)
-"""Of the usual focal length: the closed solution is a start only within."""
+"""The closed solution is used as a start if its focal length is within these parts of the usual one."""
 
 
 def check_rectangle(rectangle: GroundRectangle, image_size: ImageSize) -> None:
-    """Refuse corners that no rectangle on the ground has in a picture, and sides that are none.
+    """Check that the corners can be those of a rectangle on the ground, and that the sides are valid.
 
     Raises:
-        UserError: naming the corner or side, and what to do.
+        UserError: they are not; the message names the corner or side and what to do.
     """
     corners = np.array(rectangle.corners_px, float)
     if corners.shape != (CORNERS, 2) or not np.isfinite(corners).all():
@@ -79,7 +79,7 @@ def check_rectangle(rectangle: GroundRectangle, image_size: ImageSize) -> None:
 
 
 def going_round(corners_px: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """The four corners in turn, beginning with the first, then the second where that is its neighbour."""
+    """The four corners in order around the rectangle: the first, then the second if it is its neighbour."""
     middle = np.mean(corners_px, axis=0)
     first, second = corners_px[0], corners_px[1]
     turn = sorted(corners_px, key=lambda place: math.atan2(place[1] - middle[1], place[0] - middle[0]))
@@ -89,7 +89,7 @@ def going_round(corners_px: tuple[tuple[float, float], ...]) -> tuple[tuple[floa
 
 
 def corners_m(rectangle: GroundRectangle, place: FloatArray) -> FloatArray:
-    """(4, 2) distance from the camera and lateral position of the corners, in the order of the clicks."""
+    """(4, 2) distances from the camera and lateral positions of the corners, in the order of the clicks."""
     forward_m, left_m, heading_rad, log_first, log_second = place
     first_m, second_m = math.exp(min(log_first, 10.0)), math.exp(min(log_second, 10.0))
     along = np.array((math.cos(heading_rad), math.sin(heading_rad))) * first_m / 2
@@ -100,12 +100,12 @@ def corners_m(rectangle: GroundRectangle, place: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class RectangleFit:
-    """How well a rectangle that lies somewhere is what was clicked.
+    """How well a rectangle at some place agrees with what was clicked.
 
     Attributes:
         click_px: standard deviation of a clicked column or row.
-        corner_error: of each corner on the ground, as a part of the sides: paint is laid by hand, and
-            clicked by its edge.
+        corner_error: standard deviation of each corner on the ground, as a part of the sides, because paint
+            is laid by hand and its edge is clicked.
     """
 
     click_px: float
@@ -114,13 +114,13 @@ class RectangleFit:
     def residuals(
         self, rectangle: GroundRectangle, place: FloatArray, way: Straightening, log_tape: float
     ) -> FloatArray:
-        """(M,) in sigmas: the columns and rows of its corners, its sides, its heading.
+        """(M,) misfits in sigmas: the columns and rows of its corners, its sides, its heading.
 
         Args:
-            rectangle: what was clicked and said.
+            rectangle: what was clicked and stated.
             place: its five unknowns.
-            way: from the straight picture to that in which it was clicked.
-            log_tape: how much too long the tape measures, as a logarithm.
+            way: converts between the straight picture and the one that was clicked in.
+            log_tape: logarithm of the factor by which the tape measures too long.
         """
         camera, ground = way.camera, corners_m(rectangle, place)
         straight = np.column_stack(
@@ -142,7 +142,7 @@ class RectangleFit:
 
 
 def placed(rectangle: GroundRectangle, way: Straightening) -> tuple[float, float, float, float, float]:
-    """Its five unknowns where a camera sees it, nearly."""
+    """Its five unknowns as a camera sees it, approximately."""
     camera = way.camera
     places = way.to_straight(np.array(rectangle.corners_px, float))
     rows_px = np.maximum(places[:, 1], camera.horizon_row_px + LEAST_BELOW_PX)
@@ -158,17 +158,17 @@ def placed(rectangle: GroundRectangle, way: Straightening) -> tuple[float, float
 def seen_from(
     rectangle: GroundRectangle, lens: Lens | None, axis_px: tuple[float, float], focal_px: float
 ) -> list[tuple[float, float, float]]:
-    """Tangent of the pitch, logarithm of the focal length and roll that follow from the corners alone.
+    """Tangent of the pitch, logarithm of the focal length and roll from the corners alone.
 
     Args:
-        rectangle: as it was clicked.
-        lens: of the camera, where it is known.
-        axis_px: column and row of its axis.
-        focal_px: the usual one.
+        rectangle: the rectangle as it was clicked.
+        lens: lens of the camera, if it is known.
+        axis_px: column and row of the optical axis.
+        focal_px: the usual focal length.
 
     Returns:
-        With the usual focal length, and with the one that makes the corners right angles where there is one;
-        none where the sides do not meet.
+        A solution with the usual focal length, and one with the focal length that makes the corners right
+        angles, if there is one; nothing if the sides do not meet.
     """
     rays = (np.array(rectangle.corners_px, float) - axis_px) / focal_px
     if lens is not None:
@@ -193,7 +193,7 @@ def seen_from(
 
 
 def _side(rectangle: GroundRectangle) -> float:
-    """On which side of the first side the second one lies: 1 to the left of the way there, else -1."""
+    """1 if, going along the first side, the second one turns off to the left, else -1."""
     a, b, c, _ = np.array(rectangle.corners_px)
     first, second = b - a, c - b
     return 1.0 if first[0] * second[1] - first[1] * second[0] < 0 else -1.0

@@ -1,9 +1,9 @@
-"""One fit of all that is known of a camera: points, lines of the road, the horizon, vehicles, the height.
+"""One fit of all that is known about a camera: points, lines, the horizon, vehicles, the height.
 
-Least squares over pitch, focal length, axis row, yaw, roll, height and what else the evidence leaves open,
-each with a belief of its own; so any of it may be missing, and the intervals say what that costs. All places
-are taken to the straight picture (`fcw.camera.straight`), where a line along the road runs to the point
-straight ahead, and a point at the distance d lies in the row v(d).
+Least squares over pitch, focal length, principal row, yaw, roll, height and the unknowns of the evidence.
+Each has a prior, so that any of the evidence may be missing; the intervals show what that costs. All places
+are converted to the straight picture (`fcw.camera.straight`), where a line along the road runs to the point
+straight ahead, and a point at the distance d is in the row v(d).
 """
 
 import math
@@ -38,7 +38,7 @@ def calibrate_jointly(known: Known) -> Calibration:
     """Calibrate from whatever is known.
 
     Raises:
-        UserError: something is not as it must be, or nothing is known of the horizon.
+        UserError: a value is not valid, or nothing shows where the horizon is.
     """
     evidence, image_size, priors, lens = known.evidence, known.image_size, known.priors, known.lens
     reference_offset_m, tape_error = known.reference_offset_m, known.tape_error
@@ -130,7 +130,7 @@ def calibrate_jointly(known: Known) -> Calibration:
 
 
 def _height_sigma(evidence: Evidence, height_m: Gaussian) -> float:
-    """How well the height is known without the period: by itself, and by the width of a lane."""
+    """Standard deviation of the height without the period: as stated, and from the width of a lane."""
     width_m = evidence.lane_width_m
     if width_m is None or len(evidence.lines) < 2:
         return height_m.sigma

@@ -1,9 +1,9 @@
-"""Whether dashes keep the period that was said: a bridge's joint breaks it, a road marked anew has another.
+"""Finds out whether dashes keep the stated period, which a bridge or a road marked anew may not have.
 
-What else is said of the camera, its height, lens and lane, tells where each dash must lie. So each way in
-which dashes may lie elsewhere is fitted beside what was said, and weighed by how well it explains everything
-(Laplace's approximation; MacKay 1992, "Bayesian interpolation"). The camera is the mean of all, and its
-covariance has their spread: model averaging (Hoeting et al. 1999).
+What else is known about the camera (height, lens and lane) shows where each dash must be. So each way in
+which the dashes may differ is fitted as well as the stated one, and weighted by how well it explains
+everything (Laplace's approximation; MacKay 1992, "Bayesian interpolation"). The result is the mean camera,
+and its covariance includes the spread: model averaging (Hoeting et al. 1999).
 """
 
 import math
@@ -20,23 +20,23 @@ from fcw.camera.joint.unknowns import SLIP
 from fcw.errors import UserError
 
 UNEVEN_SHARE = 0.2
-"""How often dashes that somebody clicks lie otherwise than the rule has them: half of it by another period,
-half by one gap. A guess about roads, not a count; no picture had a part in it."""
+"""Prior probability that the clicked dashes do not keep the rule, half of it for another period and half for
+one other gap. This is a guess about roads, not a count; no picture was used for it."""
 UNEVEN_SIGMA = 0.2
-"""Of the period or the gap where it does, as a part of it: the rules of two countries differ by as much."""
+"""Relative deviation of the period or gap in that case; the rules of two countries differ by as much."""
 FEWEST_DASHES = 3
 SPOKEN_SHARE = 0.5
-"""From which it is spoken of: then it is likelier than what was said."""
+"""Least probability at which it is reported: then it is likelier than what was stated."""
 
 
 @dataclass(frozen=True, slots=True)
 class UnevenDashes:
-    """Dashes that likely lie otherwise than was said.
+    """Dashes that probably do not keep the stated period.
 
     Attributes:
-        share: probability that they do.
-        gaps_m: between them, the nearest first, in the likeliest way that they may lie.
-        said_m: their period as it was said.
+        share: the probability of that.
+        gaps_m: the likeliest gaps between them, the nearest first.
+        said_m: the stated period.
     """
 
     share: float
@@ -61,12 +61,12 @@ class UnevenDashes:
 
 @dataclass(frozen=True, slots=True)
 class Averaged:
-    """The unknowns of everything, all ways together in which the dashes may lie.
+    """The unknowns of the fit, averaged over all possible spacings of the dashes.
 
     Attributes:
-        x: their means.
-        covariance: of them.
-        uneven: where they likely lie otherwise than was said.
+        x: means of the unknowns.
+        covariance: covariance of the unknowns.
+        uneven: the dashes, if they probably do not keep the stated period.
     """
 
     x: FloatArray
@@ -75,7 +75,7 @@ class Averaged:
 
 
 def tells_of_spacing(known: Known) -> bool:
-    """Whether anything is known that dashes of another spacing would contradict."""
+    """Whether anything is known that could contradict the spacing of the dashes."""
     evidence = known.evidence
     told = evidence.scale_px_m is not None or len(evidence.lines) > 1 or bool(evidence.rulers)
     told = told or known.lens is not None or known.priors.count > 0 or evidence.horizon is not None
@@ -84,11 +84,11 @@ def tells_of_spacing(known: Known) -> bool:
 
 @lru_cache(maxsize=8)
 def averaged_over_spacings(known: Known) -> Averaged:
-    """The dashes as they were said and as they may lie otherwise, each weighed by what else is known.
+    """Average the fit over the stated spacing and others, weighted by what else is known.
 
     Args:
-        known: what is known; its points are the dashes, from the first of them. Where their period was
-            measured, only a gap may be another one.
+        known: what is known; its points are the dashes, counted from the first one. If their period was
+            measured, only a single gap may differ.
     """
     evidence = known.evidence
     said = np.array([point.distance_m for point in evidence.points])
@@ -122,7 +122,7 @@ def averaged_over_spacings(known: Known) -> Averaged:
 
 
 def uneven_dashes(known: Known) -> UnevenDashes | None:
-    """The dashes, where they likely lie otherwise than was said; else None."""
+    """The dashes, if they probably do not keep the stated period; else None."""
     if not tells_of_spacing(known):
         return None
     try:
@@ -132,7 +132,7 @@ def uneven_dashes(known: Known) -> UnevenDashes | None:
 
 
 def _other_spacings(said_m: FloatArray, measured: bool) -> list[tuple[float, FloatArray]]:
-    """Share of each, and what a slip of 1 moves the dashes by."""
+    """Probability of each other spacing, and how far a slip of 1 moves the dashes in it."""
     ordered_m = np.sort(said_m)
     gaps_m = [float(far - near) for near, far in pairwise(ordered_m)]
     if len(said_m) < FEWEST_DASHES or min(gaps_m) <= 0:

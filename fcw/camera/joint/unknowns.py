@@ -1,4 +1,4 @@
-"""The unknowns of a fit of everything: their places, and where the iteration may start."""
+"""The unknowns of the joint fit: their indices, and where the iteration may start."""
 
 import math
 from contextlib import suppress
@@ -12,21 +12,21 @@ from fcw.camera.vanishing import vanishing_row
 from fcw.errors import UserError
 
 TANGENT, LOG_FOCAL, AXIS, YAW, ROLL, LOG_HEIGHT, START, LOG_FLEET, BEND, SLIP, LOG_TAPE, SLOPE = range(12)
-"""Of every fit; then come those of each rectangle in turn (`fcw.camera.joint.rectangle`)."""
+"""Indices in every fit; after them come the unknowns of each rectangle (`fcw.camera.joint.rectangle`)."""
 CAMERA_UNKNOWNS = 12
 STEPS = (1e-5, 1e-5, 1e-2, 1e-5, 1e-5, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5, 1e-5)
-"""Of each, where its differences are taken."""
+"""Step of each unknown for the numerical derivatives."""
 START_FIRST_M = (5.0, 9.0, 18.0)
-"""Where the first dash may lie at the start: farther ones look much like nearer ones through another lens."""
+"""Distances of the first dash at which a fit starts: far dashes look like near ones through another lens."""
 
 
 def camera_starts(known: Known, means: FloatArray, column_px: float) -> list[FloatArray]:
-    """The middle of all beliefs, with the horizon where what was seen has it; dashes begin anywhere.
+    """Starts at the means of all priors, with the horizon from the evidence and several first dashes.
 
     Args:
         known: what is known.
-        means: of the beliefs.
-        column_px: of the camera's axis.
+        means: means of the priors.
+        column_px: principal column of the camera.
     """
     evidence, start = known.evidence, means.copy()
     horizon, lines = known.priors.horizon_row_px, evidence.lines
@@ -46,7 +46,7 @@ def camera_starts(known: Known, means: FloatArray, column_px: float) -> list[Flo
     starts = starts or [start]
     height_m, focal_px = math.exp(start[LOG_HEIGHT]), math.exp(start[LOG_FOCAL])
     if evidence.rulers:
-        # A vehicle above the horizon that the fit starts with would not pull it up.
+        # A vehicle above the horizon of the start would not pull that horizon up.
         for row_px in horizons_by_widths(evidence.rulers, height_m, focal_px):
             starts.append(start.copy())
             starts[-1][TANGENT] = (start[AXIS] - row_px) / focal_px

@@ -1,4 +1,4 @@
-"""How well a calibration agrees with vehicles of a drive: each as wide as its kind, near and far."""
+"""How well a calibration agrees with the vehicles of a drive, whose widths should be usual near and far."""
 
 import math
 from collections.abc import Sequence
@@ -13,18 +13,18 @@ from fcw.camera.joint.rulers import width_misfits
 from fcw.camera.lens.usual import usual_lens
 
 LEVEL_RAD = 0.0
-"""The slope of the road: whatever it is, it is the same for the calibrations that are compared."""
+"""Slope of the road; it is the same for all calibrations that are compared, so its value does not matter."""
 FLEETS = np.linspace(-1.5, 1.5, 301)
-"""By how much wider than their kind all vehicles together may come out, as a logarithm."""
+"""Logarithms of the factors by which all vehicles together may be wider than usual."""
 
 
 @dataclass(frozen=True, slots=True)
 class WidthsFit:
-    """How vehicles come out by a calibration.
+    """How wide the vehicles are under a calibration.
 
     Attributes:
-        cost: twice the negative logarithm of their likelihood, but for what is the same of every calibration.
-        scale: of their widths, all together, against those of their kinds.
+        cost: twice the negative log-likelihood of their widths, up to a constant.
+        scale: factor by which all vehicles together are wider than usual.
     """
 
     cost: float
@@ -32,10 +32,12 @@ class WidthsFit:
 
 
 def fit_of_widths(calibration: Calibration, rulers: Sequence[Ruler]) -> WidthsFit:
-    """Vehicles as a calibration has them; comparable between calibrations of pictures of one size.
+    """Fit the widths of vehicles under a calibration.
+
+    The results are comparable between calibrations for pictures of the same size.
 
     Args:
-        calibration: to judge.
+        calibration: the calibration to judge.
         rulers: the vehicles, at least one.
     """
     way = calibration.straightening
@@ -45,7 +47,7 @@ def fit_of_widths(calibration: Calibration, rulers: Sequence[Ruler]) -> WidthsFi
     size = calibration.image_size
     view = usual_lens(size, marked=False).field_of_view_rad
     assert view is not None
-    # The same for every calibration, so that none gains by taking what is seen for the vehicles' sides.
+    # The same for every calibration, so that none gains by explaining widths as the sides of vehicles.
     focal_px = size.width / 2 / math.tan(view.value / 2)
     misfits = np.array(
         [

@@ -1,1 +1,1 @@
-"""What is likely wrong with what was said of a camera, and how it is told."""
+"""What is probably wrong with the input of a calibration, and the words for it."""

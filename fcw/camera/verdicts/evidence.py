@@ -1,13 +1,13 @@
-"""How well what was said of a camera agrees with what is known of cameras: the evidence of each hypothesis.
+"""The evidence of each hypothesis: how well the input agrees with what is known about cameras.
 
-A hypothesis is a set of distances and of beliefs. With rows v_i clicked at distances d_i the model is
+A hypothesis is a set of distances and of priors. With rows v_i clicked at distances d_i, the model is
 
     v_i = v0 - f t + f h (1 + t^2) / (d_i + o + h t) + r (u_i - u0),        t = tan(a)
 
-with the reference offset o and the roll's tangent r beside the camera's own t, f and v0, all of them with
-Gaussian beliefs. The evidence, the density of the rows before any of them is known, is Laplace's
-approximation at the best fit (MacKay 1992, "Bayesian interpolation"). All hypotheses are fitted at once
-(Levenberg & Marquardt), so that a few hundred take milliseconds.
+with the reference offset o, the tangent r of the roll, and the camera's t, f and v0, all with Gaussian
+priors. The evidence is the marginal density of the rows, by Laplace's approximation at the best fit (MacKay
+1992, "Bayesian interpolation"). All hypotheses are fitted at once (Levenberg & Marquardt), so that a few
+hundred take milliseconds.
 """
 
 import math
@@ -23,15 +23,15 @@ TANGENT, LOG_FOCAL, AXIS, OFFSET, ROLL = range(5)
 UNKNOWN_COUNT = 5
 ITERATIONS = 40
 SMALLEST_DEPTH_M = 0.2
-"""A point is this far in front of the camera's plane at least; keeps the fit finite."""
+"""A point is at least so far in front of the camera's plane, which keeps the fit finite."""
 LOG_FOCAL_LIMITS = (3.0, 12.0)
 STEEPEST_TANGENT = 3.0
 GREATEST_DAMPING, SMALLEST_DAMPING = 1e8, 1e-7
 STILL_SIGMAS, STILL_DAMPING = 1e-6, 100.0
-"""A fit has ended when a step moves no unknown by more of its belief's sigma, and not by damping alone."""
+"""A fit ends when an undamped step moves no unknown by more than this part of its prior sigma."""
 PATIENCE, HOPELESS_COST = 10, 1000.0
-"""After so many steps a fit whose cost is by this greater than that of the best one is left where it is: it
-has no share, and would crawl along a limit of the unknowns for all `ITERATIONS`."""
+"""After so many steps, a fit whose cost exceeds that of the best one by this is stopped. Its probability is
+nil, and it would crawl along a limit of the unknowns for all `ITERATIONS`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,10 +39,10 @@ class Rows:
     """What was clicked.
 
     Attributes:
-        rows_px: (N,).
-        columns_px: (N,) from the picture's middle; 0 where unknown.
-        height_m: of the camera.
-        half_width_px: of the picture.
+        rows_px: (N,) rows.
+        columns_px: (N,) columns from the middle of the picture; 0 if unknown.
+        height_m: height of the camera.
+        half_width_px: half of the picture's width.
     """
 
     rows_px: FloatArray
@@ -53,15 +53,15 @@ class Rows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beliefs:
-    """The hypotheses of one judgement, a row each.
+    """The hypotheses of one judgement, one in each row.
 
     Attributes:
-        distances_m: (H, N), without the offset.
-        row_sigmas_px: (H, N) of the clicks.
-        tape_m: (H, N) of the distances.
-        means: (H, 5) of tan(a), horizontal field of view in radians, v0, offset and roll.
-        sigmas: (H, 5) of them.
-        horizon: mean and standard deviation of the horizon's row, where one is stated.
+        distances_m: (H, N) distances, without the offset.
+        row_sigmas_px: (H, N) standard deviations of the clicks.
+        tape_m: (H, N) standard deviations of the distances.
+        means: (H, 5) prior means of tan(a), horizontal field of view in radians, v0, offset and roll.
+        sigmas: (H, 5) their standard deviations.
+        horizon: mean and standard deviation of the horizon row, if one is stated.
     """
 
     distances_m: FloatArray
@@ -72,7 +72,7 @@ class Beliefs:
     horizon: tuple[float, float] | None = None
 
     def of(self, which: NDArray[np.bool_]) -> "Beliefs":
-        """Those of some of the hypotheses."""
+        """The priors of some of the hypotheses."""
         return Beliefs(
             self.distances_m[which],
             self.row_sigmas_px[which],
@@ -88,9 +88,9 @@ class Fits:
     """The best fit of each hypothesis.
 
     Attributes:
-        log_evidence: (H,).
-        unknowns: (H, 5): tan(a), log(f), v0, offset, roll.
-        misfits: (H, N) of the rows, in sigmas.
+        log_evidence: (H,) logarithms of the evidence.
+        unknowns: (H, 5) tan(a), log(f), v0, offset and roll.
+        misfits: (H, N) misfits of the rows in sigmas.
     """
 
     log_evidence: FloatArray
@@ -120,7 +120,7 @@ def fit(rows: Rows, beliefs: Beliefs) -> Fits:
 
 
 def _fitted(rows: Rows, beliefs: Beliefs) -> FloatArray:
-    """(H, 5): the unknowns that fit best; hypotheses whose fit no longer moves leave the iteration."""
+    """(H, 5) unknowns that fit best; hypotheses whose fit no longer moves leave the iteration."""
     fitted = beliefs.means.copy()
     fitted[:, LOG_FOCAL] = np.log(rows.half_width_px / np.tan(beliefs.means[:, LOG_FOCAL] / 2))
     going, x, damping = np.arange(len(fitted)), fitted, np.full(len(fitted), 1e-2)
@@ -129,7 +129,7 @@ def _fitted(rows: Rows, beliefs: Beliefs) -> FloatArray:
         residuals, jacobian, sigmas_px = _linearised(rows, beliefs, x)
         cost = np.sum(residuals**2, axis=1)
         tried = _stepped(x, residuals, jacobian, damping)
-        # The weights stay while a step is judged; those of the place it leads to come after it.
+        # The weights stay the same while a step is judged, and are updated after it.
         new = _residuals(rows, beliefs, _modelled(rows, beliefs, tried), tried, sigmas_px)
         new_cost = np.sum(new**2, axis=1)
         better = new_cost <= cost
@@ -147,7 +147,7 @@ def _fitted(rows: Rows, beliefs: Beliefs) -> FloatArray:
 
 
 def _stepped(x: FloatArray, residuals: FloatArray, jacobian: FloatArray, damping: FloatArray) -> FloatArray:
-    """Where the next step leads: (H, 5)."""
+    """(H, 5) unknowns after the next step."""
     normal = jacobian.mT @ jacobian
     gradient = (jacobian.mT @ residuals[..., None])[..., 0]
     diagonal = np.einsum("hjj->hj", normal)
@@ -160,7 +160,7 @@ def _stepped(x: FloatArray, residuals: FloatArray, jacobian: FloatArray, damping
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Modelled:
-    """What unknowns make of the road: all (H, N), or (H, 1) where it is the same for each row."""
+    """The model for given unknowns: arrays are (H, N), or (H, 1) if they are the same for each row."""
 
     tangent: FloatArray
     focal_px: FloatArray
@@ -180,7 +180,7 @@ def _modelled(rows: Rows, beliefs: Beliefs, x: FloatArray) -> _Modelled:
 def _residuals(
     rows: Rows, beliefs: Beliefs, model: _Modelled, x: FloatArray, sigmas_px: FloatArray
 ) -> FloatArray:
-    """(H, M) in sigmas: the rows, the beliefs, and the horizon where one is stated."""
+    """(H, M) residuals in sigmas: the rows, the priors, and the horizon if one is stated."""
     modelled_px = model.horizon_px + model.below_px + x[:, ROLL, None] * rows.columns_px
     believed = x.copy()
     believed[:, LOG_FOCAL] = 2 * np.arctan2(rows.half_width_px, model.focal_px[:, 0])

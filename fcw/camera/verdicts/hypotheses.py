@@ -1,7 +1,7 @@
-"""What may be true of what somebody said: as said, or one of the mistakes that people make.
+"""What may be true: the input as it was stated, or one of the mistakes that people make.
 
-How often each mistake is made (`SHARES`) is a guess about people, not a count. What a verdict needs besides
-is in `fcw.camera.verdicts.judgement`.
+How often each mistake is made (`SHARES`) is a guess about people, not a count. The verdict itself is in
+`fcw.camera.verdicts.judgement`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,24 +16,24 @@ from fcw.units import FEET_PER_METRE
 
 
 class Fault(Enum):
-    """What is wrong with what was said."""
+    """What is wrong with the input."""
 
     NONE = "none"
     """Nothing but the noise of clicks and tape."""
     BUMPER = "bumper"
-    """The distances start at the bumper, or not where they are said to."""
+    """The distances start at the bumper, or not where they were stated to start."""
     SWAPPED = "swapped"
     """Two distances are exchanged."""
     SLIP_OF_TEN = "slip_of_ten"
-    """A decimal point is missing or too many."""
+    """A decimal point is missing or misplaced."""
     FEET = "feet"
     """The distances are in feet."""
     DASHES = "dashes"
     """Evenly spaced marks start elsewhere, or have another period."""
     POINT = "point"
-    """One point is not where it is said to be: a bump or dip of the road, a wrong mark."""
+    """One point is not where it was stated to be: a bump or dip of the road, or a wrong mark."""
     AXIS = "axis"
-    """The lens's axis is far from the middle: a cropped picture."""
+    """The optical axis is far from the middle: the picture is cropped."""
 
 
 SHARES = {
@@ -46,11 +46,11 @@ SHARES = {
     Fault.AXIS: 0.01,
 }
 DASHES_SHARE = 0.05
-"""Of evenly spaced distances; nobody else paces dashes."""
+"""The same if distances are evenly spaced; otherwise they are not dashes."""
 BUMPER_M, BUMPER_SIGMA_M = 2.0, 0.35
-"""From a lens behind the windscreen forward to the bumper."""
+"""Distance from a camera behind the windscreen forward to the bumper."""
 OFFSET_SLIP_SIGMA_M = 0.7
-"""Of an offset that was measured, where it is wrong."""
+"""Standard deviation of a measured offset if it is wrong."""
 DASH_START_SIGMA_M = 5.0
 DASH_PERIODS_M = {
     6.0: "towns",
@@ -68,9 +68,9 @@ DASH_PERIODS_M = {
 """From one broken line to the next, and a place where it is so: 2 + 4, 2 + 7, 3 + 9, 10 + 30 ft, 3 + 10,
 12 + 36 ft, 6 + 9, 5 + 12, 6 + 12 and 8 + 12 m of line and gap, or every other dash of 12 m."""
 EVEN_PART = 0.01
-"""Gaps that differ by less than this part are even."""
+"""Gaps that differ by less than this part count as even."""
 POINT_SIGMA_HEIGHTS = 0.06
-"""How far a point on the wrong mark lies off, in picture heights."""
+"""How far a point on the wrong mark is off, in picture heights."""
 AXIS_SIGMA_HEIGHTS = 0.25
 
 
@@ -79,14 +79,15 @@ class Hypothesis:
     """One thing that may be true.
 
     Attributes:
-        fault: its kind.
-        share: how often it is so, before any click.
-        distances_m: what the distances are then, from the reference.
-        points: places of those that are wrong then.
+        fault: kind of mistake.
+        share: prior probability, before any click.
+        distances_m: the true distances from the reference under it.
+        points: indices of the points that are wrong under it.
         offset_m: mean and standard deviation of the reference offset.
-        axis_sigma_heights: of the lens's axis; None is what is stated or usual.
-        loose: the place of a point whose row says little; None where there is none.
-        period_m: of the dashes, where they have another one.
+        axis_sigma_heights: standard deviation of the principal row, in picture heights; None for the stated
+            or usual one.
+        loose: index of a point whose row says little; None if there is none.
+        period_m: period of the dashes, if it is another one.
     """
 
     fault: Fault
@@ -100,7 +101,7 @@ class Hypothesis:
 
 
 def hypotheses(points: Sequence[GroundPoint], offset_m: float, imperial: bool = False) -> list[Hypothesis]:
-    """All hypotheses of some points said to be from a reference so far ahead of the camera."""
+    """All hypotheses about points whose stated reference is so far ahead of the camera."""
     return list(_all(points, offset_m, imperial))
 
 
@@ -140,7 +141,7 @@ def _all(points: Sequence[GroundPoint], offset_m: float, imperial: bool) -> Iter
 
 
 def _dashes(said: tuple[float, ...], offset_m: float) -> Iterator[Hypothesis]:
-    """Evenly spaced marks may be dashes whose first distance or period was guessed."""
+    """The hypotheses that evenly spaced marks are dashes whose first distance or period was guessed."""
     ordered = sorted(said)
     gaps = [far - near for near, far in pairwise(ordered)]
     if len(gaps) < 2 or min(gaps) <= 0 or max(gaps) > (1 + EVEN_PART) * min(gaps):

@@ -1,4 +1,4 @@
-"""The verdict on what was said of a camera: which mistake, if any, explains it clearly better than noise."""
+"""The verdict on the input of a calibration: which mistake, if any, explains it clearly better than noise."""
 
 import math
 from collections.abc import Sequence
@@ -25,22 +25,23 @@ USUAL_TANGENT, USUAL_TANGENT_SIGMA = 0.05, 0.09
 TAPE_SCALES = (0.05, 0.2, 1.0)
 """Each mark is laid with an error of its own, too: one of these parts of the stated error of the tape."""
 CAREFUL = (0.6, 0.3, 0.1)
-"""How many people lay their marks so well, if they take care: the paper's own example, whose middle row is
-3 px off, is a mistake by them, and bad taping by those who lay each mark to the whole error of the tape."""
+"""Probabilities of these parts for people who take care. With them, the paper's own example, whose middle row
+is 3 px off, contains a mistake; with marks that are off by the whole error, it is only imprecise."""
 ANYHOW = (0.0, 0.0, 1.0)
-"""A mistake that is likelier than noise even so is said; one that is so by the careful alone is asked."""
+"""The same for careless people. A mistake that is likelier than noise even for them is reported; one that is
+likelier only for careful people is asked about."""
 PROPOSED_ODDS = 3.0
-"""A mistake is spoken of when it is this much likelier than what was said."""
+"""Least odds at which a mistake is reported."""
 ASKED_ODDS = 1.6
-"""The same of a question."""
+"""Least odds at which a question is asked."""
 NAMED_SHARE = 0.75
-"""It is named when it is this sure among all mistakes; the points may show that something is wrong,
-and not what."""
+"""Least probability among all mistakes at which one is named. The points may show that something is wrong,
+but not what."""
 
 WORST_SIGMAS = 4.0
-"""A mistake that leaves a row farther off than this is not all that is wrong."""
+"""If a mistake leaves a row farther off than this, something else is wrong too."""
 SMALLEST_SIGMA_PX = 0.01
-"""Of a click that is judged: a file may call its points exact, and nobody clicks better than this."""
+"""Least standard deviation of a click: a file may call its points exact, but nobody clicks as precisely."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +49,12 @@ class Suspicion:
     """One mistake that may have been made.
 
     Attributes:
-        fault: its kind.
-        probability: of it, all hypotheses taken together.
-        points: the places, in the order of the points, of those that are wrong.
-        distances_m: of all points, as they were meant.
-        offset_m: from the camera forward to the reference, as it comes out.
-        period_m: of the dashes, where they have another one than was said.
+        fault: kind of mistake.
+        probability: its probability among all hypotheses.
+        points: indices of the points that are wrong.
+        distances_m: distances of all points as they were meant.
+        offset_m: fitted distance from the camera forward to the reference.
+        period_m: period of the dashes, if it is not the stated one.
         worst_sigmas: misfit of the row that it explains worst.
     """
 
@@ -68,13 +69,13 @@ class Suspicion:
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What is likely of what was said.
+    """What is probable about the input.
 
     Attributes:
-        as_said: probability that nothing is wrong but noise.
-        suspicions: all mistakes, the likeliest first; one for each kind.
-        if_careful: the same if the marks were laid with care, each far better than the tape's error.
-        least_odds: from which a mistake is spoken of.
+        as_said: probability that there is nothing but noise.
+        suspicions: all mistakes, one of each kind, the likeliest first.
+        if_careful: the same if each mark was laid with care, far better than the tape's error.
+        least_odds: least odds at which a mistake is reported.
     """
 
     as_said: float
@@ -84,13 +85,13 @@ class Judgement:
 
     @property
     def question(self) -> "Judgement | None":
-        """What to ask about: a mistake that stands out only if the marks were laid with care."""
+        """A mistake to ask about, because it is likely only if the marks were laid with care."""
         careful = self.if_careful
         return careful if careful is not None and careful.is_suspect and not self.is_suspect else None
 
     @property
     def odds(self) -> float:
-        """Of a mistake against noise."""
+        """Odds of a mistake against noise."""
         mistaken = sum(s.probability for s in self.suspicions)
         return mistaken / self.as_said if self.as_said else math.inf
 
@@ -101,7 +102,7 @@ class Judgement:
 
     @property
     def named(self) -> Suspicion | None:
-        """The mistake that explains it, where one stands out."""
+        """The mistake that explains it, if one is clearly the likeliest."""
         if not self.is_suspect:
             return None
         first = self.suspicions[0]
@@ -113,9 +114,9 @@ class Judgement:
 
 
 def judge(calibration: Calibration, imperial: bool = False) -> Judgement:
-    """Judge the points of a calibration, as they lie in the straight picture but for the camera's roll.
+    """Judge the points of a calibration, in the straight picture but with the roll not removed.
 
-    The roll is open to each hypothesis by itself: one that was fitted to a mistake would explain it away.
+    Each hypothesis fits its own roll: a roll that was fitted with the mistake would explain it away.
     """
     points = _rolled_points(calibration)
     if not all(math.isfinite(point.row_px) for point in points):
@@ -160,7 +161,7 @@ def judge_points(
     """Judge points that need not determine a camera; arguments as those of `fcw.camera.solve.calibrate`.
 
     Args:
-        imperial: the distances were typed in feet, so that metres are what may have been meant.
+        imperial: whether the distances were typed in feet, so that metres may have been meant.
     """
     supposed = hypotheses(points, reference_offset_m, imperial)
     tapes = [tape_error * scale for scale in TAPE_SCALES] if tape_error else [0.0]
@@ -173,7 +174,7 @@ def judge_points(
 
 
 def rows_of(points: Sequence[GroundPoint], image_size: ImageSize, height_m: float) -> Rows:
-    """What was clicked, as the evidence takes it."""
+    """What was clicked, in the form that the evidence needs."""
     middle_px = (image_size.width - 1) / 2
     told = all(point.column_px is not None for point in points)
     return Rows(
@@ -185,7 +186,7 @@ def rows_of(points: Sequence[GroundPoint], image_size: ImageSize, height_m: floa
 
 
 def _judgement(supposed: Sequence[Hypothesis], fits: Fits, tape_shares: Sequence[float]) -> Judgement:
-    """The posterior over hypotheses, where marks are laid so well by so many."""
+    """The posterior over the hypotheses, given the probabilities of the errors of marks."""
     with np.errstate(divide="ignore"):
         log_evidence = fits.log_evidence.reshape(len(supposed), -1) + np.log(tape_shares)
     log_posterior = log_sum(log_evidence, axis=1) + np.log([h.share for h in supposed])
@@ -222,7 +223,7 @@ def beliefs_of(
     row_sigma_px: float,
     priors: Priors,
 ) -> Beliefs:
-    """Each hypothesis with each tape, the tapes of one beside each other."""
+    """Each hypothesis with each error of marks, those of one hypothesis next to each other."""
     row_sigma_px = max(row_sigma_px, SMALLEST_SIGMA_PX)
     usual = usual_lens(size, priors)
     view = priors.field_of_view_rad or usual.field_of_view_rad

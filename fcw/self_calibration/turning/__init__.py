@@ -1,1 +1,1 @@
-"""The focal length, from how the picture goes by while the car turns."""
+"""The lens from how the picture moves while the car turns."""

@@ -1,8 +1,8 @@
-"""Bundle adjustment of some seconds with the focal length and the bend of the lens open (Triggs et al. 2000).
+"""Bundle adjustment of a few seconds, with focal length and bend of the lens unknown (Triggs et al. 2000).
 
-Each point is one direction and one inverse depth, each picture one pose; points are eliminated first (the
-Schur complement), so that a step solves for poses and lens alone. The first pose stays, and so does the
-length of the whole way: pictures tell no scale.
+Each point is one direction and one inverse depth, and each picture one pose. Points are eliminated first (the
+Schur complement), so that a step solves only for poses and lens. The first pose and the length of the whole
+way are fixed, because pictures show no scale.
 """
 
 from collections.abc import Sequence

@@ -1,10 +1,11 @@
-"""What the turns of a clip tell of the lens: its focal length, and how much it bends straight lines.
+"""The focal length and the distortion of a lens, from the turns of a clip.
 
-Driving straight shows none: with another lens all things are as much nearer or farther. A turn moves the
-picture aside by the focal length times the angle, and what lies to the sides besides by the angle over the
-focal length. Where the depths are known, from how they change over some seconds in which the car turns more
-and less, the two tell both. On a circle they do not, whatever the number of pictures (Sturm 1999): so each
-turn tells what it tells, and what the turns have for themselves is taken from how they differ.
+A straight drive does not show the lens: with another one, everything is only nearer or farther. A turn moves
+the picture aside by the focal length times the angle, and places at the sides by an additional amount that
+depends on the angle over the focal length. If the depths are known, from how they change over some seconds of
+stronger and weaker turning, both effects together give the focal length and the angle. On a circle they do
+not, however many pictures there are (Sturm 1999). So each turn gives a result with its uncertainty, and the
+additional error of each is estimated from how much the turns differ.
 """
 
 import math
@@ -39,9 +40,10 @@ SAME_BEND = 0.05
 LEAST_BENT = 0.08
 """A picture whose side a lens brings nearer to the middle by a smaller part is straight enough."""
 WINDOW_SIGMA = 0.15
-"""Of each window for itself, as a part of the focal length: those of KITTI odometry 03 differ by 0.12."""
+"""Relative error of the focal length of each window; those of KITTI odometry 03 differ by 0.12."""
 COMMON_SIGMA = 0.08
-"""Of all windows of a clip: an axis off the middle, what the family leaves of the lens, a rolling shutter."""
+"""Relative error that all windows of a clip share: the axis is not in the middle, the lens is not quite of
+the family, or the shutter rolls."""
 HUBER_SIGMAS = 1.5
 ROUNDS = 12
 WIDENED_BY = 1.15
@@ -49,21 +51,21 @@ WIDENED_BY = 1.15
 
 @dataclass(frozen=True, slots=True)
 class LensByTurns:
-    """What the turns of a clip tell of its lens.
+    """What the turns of a clip show about its lens.
 
     Attributes:
         focal_px: focal length in pixels of the whole picture.
-        bend: see `PlainLens`; None of a picture that is straight enough.
+        bend: see `PlainLens`; None if the picture is straight enough.
     """
 
     focal_px: Gaussian
     bend: float | None = None
 
     def bent_lens(self, size: ImageSize) -> Lens | None:
-        """The lens, whose axis is taken to be in the middle; None of a picture that is straight enough.
+        """The lens, assuming that its axis is in the middle; None if the picture is straight enough.
 
         Args:
-            size: of the whole picture.
+            size: size of the whole picture.
         """
         if self.bend is None:
             return None
@@ -72,10 +74,10 @@ class LensByTurns:
 
 
 def lens_by_turns(tracks: PointTracks) -> LensByTurns | None:
-    """The lens by the turns of a clip; None where it does not turn enough to tell.
+    """The lens from the turns of a clip; None if it does not turn enough.
 
     Args:
-        tracks: of the clip.
+        tracks: points followed through the clip.
     """
     size = tracks.size
     windows = [lens_of_window(window, size) for window in turning_windows(tracks.pictures, size[0])]
@@ -89,11 +91,11 @@ def lens_by_turns(tracks: PointTracks) -> LensByTurns | None:
 
 
 def agreed_lens(windows: Sequence[Told], width_px: int) -> LensByTurns | None:
-    """The lens by all windows; None of too few, or where most show a bent picture but not the same bend.
+    """The lens from all windows; None if they are too few, or most show a bend but not the same one.
 
     Args:
-        windows: what each tells.
-        width_px: of their pictures.
+        windows: the result of each window.
+        width_px: width of their pictures.
     """
     bends = np.array([told.bend.value for told in windows])
     bend = float(np.median(bends[bends < STRAIGHT_BEND])) if (bends < STRAIGHT_BEND).any() else 0.0
@@ -108,10 +110,10 @@ def agreed_lens(windows: Sequence[Told], width_px: int) -> LensByTurns | None:
 
 
 def lens_of_window(window: TurningWindow, size: tuple[int, int]) -> Told | None:
-    """What one window tells; None where its points are not of one rigid world.
+    """The result of one window; None if its points do not belong to one rigid world.
 
     Args:
-        window: some seconds.
+        window: some seconds of the clip.
         size: width and height of the small pictures.
     """
     best: tuple[float, Bundle] | None = None
@@ -137,11 +139,11 @@ def lens_of_window(window: TurningWindow, size: tuple[int, int]) -> Told | None:
 
 
 def agreed_focal(windows: Sequence[Told]) -> Gaussian | None:
-    """The logarithm of the focal length by all windows; None of fewer than `FEWEST_WINDOWS`.
+    """The logarithm of the focal length from all windows; None for fewer than `FEWEST_WINDOWS`.
 
-    Windows differ by more than pixel noise makes them. By how much is found with the mean (DerSimonian &
-    Laird 1986), and windows far from the others count less (Huber 1964). Windows overlap, and tell so much
-    less.
+    Windows differ by more than pixel noise explains. The excess is estimated together with the mean
+    (DerSimonian & Laird 1986), and windows far from the others count less (Huber 1964). Windows overlap, and
+    therefore the result is less certain than their number suggests.
     """
     if len(windows) < FEWEST_WINDOWS:
         return None
