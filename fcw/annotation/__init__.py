@@ -1,1 +1,1 @@
-"""What people say of a recorded drive: verdicts on its warnings, missed events, notes, boxes."""
+"""What people say about a recorded drive: verdicts on its warnings, missed events, notes and boxes."""

@@ -1,4 +1,4 @@
-"""Boxes of frames that nobody drew: between two that were drawn, and on from one by the vehicle's looks."""
+"""Boxes in frames where nobody drew one: between two drawn ones, or following the vehicle's appearance."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -11,18 +11,19 @@ from fcw.box import Box
 from fcw.tracking.picture.follower import Follower, FollowingSettings
 
 SMALLEST_FOLLOWED_PX = 8.0
-"""A box that has become narrower or lower than this has no looks left to be followed by."""
+"""A box that has become narrower or lower than this is too small to be followed."""
 
 
 def interpolated(first: LabelledBox, last: LabelledBox, part: float) -> LabelledBox:
-    """What a box is between two frames in which somebody drew it.
+    """The box between two frames in which somebody drew it.
 
-    Its edges move evenly, its rear face's too where both have one; all else is as in the first.
+    Its edges move evenly, and so do those of its rear face if both have one. Everything else is taken from
+    the first box.
 
     Args:
-        first: in the earlier frame.
-        last: in the later one.
-        part: of the time between them that has passed, 0 to 1.
+        first: the box in the earlier frame.
+        last: the box in the later frame.
+        part: part of the time between them that has passed, 0 to 1.
     """
     rear = (
         None
@@ -35,8 +36,7 @@ def interpolated(first: LabelledBox, last: LabelledBox, part: float) -> Labelled
 def followed(
     label: LabelledBox, first: NDArray[np.uint8], pictures: Iterable[tuple[int, NDArray[np.uint8]]]
 ) -> Iterator[LabelledBox]:
-    """The box in the pictures that follow, as long as what is in it looks the same: then it has drifted, and
-    there is no more.
+    """The box in the following pictures, as long as its content looks the same; after that it has drifted.
 
     Args:
         label: the box in the first picture.
@@ -54,20 +54,20 @@ def followed(
         follower.remember(image, moved.box, time_ns, detected=False)
         rear = None if before.rear_box is None else _carried(before.rear_box, before.box, moved.box)
         now = replace(before, box=moved.box, rear_box=rear)
-        # It goes on as it went from the last picture to this one.
+        # It is expected to move on as it did from the last picture to this one.
         predicted = _between(before.box, moved.box, 2.0)
         before = now
         yield now
 
 
 def moved(label: LabelledBox, right_px: float, down_px: float) -> LabelledBox:
-    """The box elsewhere, with its rear face."""
+    """The box moved, with its rear face."""
     box = Box(label.box.x + right_px, label.box.y + down_px, label.box.w, label.box.h)
     return reshaped(label, box)
 
 
 def reshaped(label: LabelledBox, box: Box) -> LabelledBox:
-    """Another box for the same vehicle; its rear face keeps its place in it."""
+    """Another box for the same vehicle; the rear face keeps its place relative to the box."""
     rear = None if label.rear_box is None else _carried(label.rear_box, label.box, box)
     return replace(label, box=box, rear_box=rear)
 
@@ -79,7 +79,7 @@ def _between(first: Box, last: Box, part: float) -> Box:
 
 
 def _carried(inner: Box, before: Box, after: Box) -> Box:
-    """A part of a box, where it is in another one."""
+    """The place of a part of a box in another box."""
     across, down = after.w / before.w, after.h / before.h
     return Box(
         after.x + (inner.x - before.x) * across,

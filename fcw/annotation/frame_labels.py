@@ -1,9 +1,9 @@
-"""The boxes of the frames that people labelled, to learn from and to measure with.
+"""The boxes of labelled frames, for training and evaluation.
 
-A frame is labelled where somebody edited one of its boxes or said that all of them are right. Only what a
-person vouched for counts: boxes that were edited, and in a frame said to be right all others too. In a frame
-in which some boxes were edited and nobody said so of the whole, the other boxes of the log are ignored:
-whether they are right nobody has said, so that they are neither vehicles to find nor background.
+A frame is labelled if somebody edited one of its boxes or confirmed the frame, which means that all of its
+boxes are right. Only what a person approved counts: the edited boxes and, in a confirmed frame, all others.
+In a frame that was edited but not confirmed, the other boxes of the log have `ignore`: nobody said whether
+they are right, so they are neither vehicles to find nor background.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ from fcw.logs.records import FrameResult
 
 
 def frame_labels(result: FrameResult, frame: FrameReview) -> tuple[LabelledBox, ...]:
-    """The boxes of a labelled frame: those of the log's tracks as people left them, then those they added."""
+    """The boxes of a labelled frame: those of the log's tracks with all edits, then those that were added."""
     vouched_for = bool(frame.confirmed)
     boxes: dict[str, LabelledBox | None] = {
         track_box_id(track.track_id): LabelledBox(track.box, track.track_id, ignore=not vouched_for)
@@ -30,7 +30,7 @@ def frame_labels(result: FrameResult, frame: FrameReview) -> tuple[LabelledBox, 
 
 
 def labelled_indices(clip: DriveClip, review: Review) -> list[int]:
-    """Which frames of a clip are labelled, in order; what was said of others is left out."""
+    """The indices of the labelled frames of a clip, in order."""
     series = clip.log.series()
     in_clip = series.frame_index[np.isin(series.time_ns, clip.times_ns)]
     return sorted(review.frames.keys() & set(in_clip.tolist()))
@@ -39,8 +39,8 @@ def labelled_indices(clip: DriveClip, review: Review) -> list[int]:
 def labelled_frames(clip: DriveClip, review: Review, on_frame: Callable[[], None]) -> Iterator[FrameBoxes]:
     """The labelled frames of a clip with their boxes, for `write_coco`.
 
-    An annotation has `ignore`; `track_id` where it belongs to a track of the log; and `view`, `kind`,
-    `occluded` and `rear_box` where somebody said so.
+    An annotation has `ignore`, a `track_id` if it belongs to a track of the log, and `view`, `kind`,
+    `occluded` and `rear_box` if somebody stated them.
     """
     for index in labelled_indices(clip, review):
         result = clip.log.result_at(index)

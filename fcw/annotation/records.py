@@ -1,7 +1,7 @@
-"""What a person can say of a recorded drive, and the entry that keeps it.
+"""What a person can say about a recorded drive, and the entry that stores it.
 
-Times are seconds from the drive's first frame, as in `fcw.logs.events`; frames are named by their index in
-the log, which never changes. Boxes are in pixels of the log's pictures.
+Times are seconds from the first frame of the drive, as in `fcw.logs.events`. Frames are identified by their
+index in the log, which never changes. Boxes are in pixels of the log's pictures.
 """
 
 import uuid
@@ -14,13 +14,13 @@ from fcw.errors import UserError
 from fcw.warning.types import WarningLevel
 
 LONGEST_DRIVE_S = 1e9
-"""Thirty years; a time beyond is damage."""
+"""Thirty years; a later time comes from damage."""
 FARTHEST_PX = 1e5
-"""Of a box from the picture's corner; pictures have at most 16384 a side, and boxes reach out of them."""
+"""Largest coordinate of a box; pictures have at most 16384 pixels a side, and boxes reach out of them."""
 
 
 class Judgement(Enum):
-    """What a warning was; the value is for a person."""
+    """How a person judges a warning; the value is the text on the page."""
 
     RIGHT = "right"
     TOO_EARLY = "too early"
@@ -29,10 +29,10 @@ class Judgement(Enum):
 
 
 class Reason(Enum):
-    """Why a warning was wrong; the value is for a person.
+    """Why a warning was wrong; the value is the text on the page.
 
-    They follow the questions by which alerts of field tests are sorted: was there a vehicle, was it in the
-    way, what did it or the driver do, was it measured right.
+    The reasons follow the questions by which alerts in field tests are classified: was there a vehicle, was
+    it in the path, what did it or the driver do, was it measured correctly.
     """
 
     NO_VEHICLE = "no vehicle there: a shadow, sign, bridge or reflection"
@@ -68,16 +68,16 @@ REASONS: dict[Judgement, tuple[Reason, ...]] = {
     ),
     Judgement.FALSE: tuple(reason for reason in Reason if reason not in (Reason.CUT_IN, Reason.FOUND_LATE)),
 }
-"""The reasons to choose from with each judgement, the usual ones first."""
+"""The reasons for each judgement, the most frequent ones first."""
 
 
 @dataclass(frozen=True, slots=True)
 class EventReference:
-    """The event that a verdict is about, so that it is found again when the finding of events is refined.
+    """The event that a verdict is about, so that it is found again after the rules for events have changed.
 
     Attributes:
-        kind: of `fcw.logs.events.DriveEvent`.
-        track_id: the vehicle that it was about; None where it was about none.
+        kind: kind of the `fcw.logs.events.DriveEvent`.
+        track_id: the vehicle that it was about; None if there was none.
         start_s: when it began.
         end_s: when it ended.
     """
@@ -93,13 +93,13 @@ class EventReference:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """A person's judgement of an event; their next one on the same event takes its place.
+    """A person's judgement of an event; a later one by the same person on the same event replaces it.
 
     Attributes:
-        event: what is judged.
-        judgement: what it was.
-        reason: one of `REASONS[judgement]`; None where none was given.
-        text: more, in the person's own words.
+        event: the event.
+        judgement: the judgement.
+        reason: one of `REASONS[judgement]`; None if none was given.
+        text: a remark in the person's own words.
     """
 
     event: EventReference
@@ -116,13 +116,13 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class MissedEvent:
-    """A stretch in which a warning should have been shown and none was.
+    """A time in which a warning should have been shown but was not.
 
     Attributes:
-        start_s: from when.
-        end_s: until when it would have been of use.
+        start_s: when the warning was due.
+        end_s: until when it would have helped.
         text: what happened.
-        level: the warning that was due.
+        level: the level that was due.
     """
 
     start_s: float
@@ -151,7 +151,7 @@ class Note:
 
 
 class View(Enum):
-    """From where a vehicle is seen; the value is what labels say."""
+    """The side from which a vehicle is seen; the value is written into labels."""
 
     REAR = "rear"
     REAR_QUARTER = "rear-quarter"
@@ -161,7 +161,7 @@ class View(Enum):
 
 
 class VehicleKind(Enum):
-    """What a vehicle is; the value is what labels say."""
+    """The kind of a vehicle; the value is written into labels."""
 
     CAR = "car"
     SUV = "suv"
@@ -171,7 +171,7 @@ class VehicleKind(Enum):
 
 
 class MadeBy(Enum):
-    """How a box of a frame came about; the value is for a person."""
+    """How a box of a frame was made; the value is the text on the page."""
 
     HAND = "by hand"
     COPIED = "copied"
@@ -185,17 +185,16 @@ MOST_OCCLUDED = 2
 
 @dataclass(frozen=True, slots=True)
 class LabelledBox:
-    """What a person says of a vehicle.
+    """The label of a vehicle by a person.
 
     Attributes:
-        box: where it is; both sides longer than 0, no coordinate beyond `FARTHEST_PX`.
-        track_id: of the log's track that it belongs to; None where it belongs to none.
-        ignore: True where it is neither to be found nor to be taken for background: hidden, too far, another
-            view.
-        view: from where it is seen; None where nobody said.
-        kind: what it is; None where nobody said.
-        occluded: how much of it is hidden, 0 to `MOST_OCCLUDED`; None where nobody said.
-        rear_box: its rear face alone, where the box holds a side too; None where nobody said.
+        box: its box; both sides are longer than 0, no coordinate is beyond `FARTHEST_PX`.
+        track_id: the track of the log that it belongs to; None if it belongs to none.
+        ignore: whether it is neither a vehicle to find nor background: hidden, too far, another view.
+        view: the side from which it is seen; None if not stated.
+        kind: kind of the vehicle; None if not stated.
+        occluded: how much of it is hidden, 0 to `MOST_OCCLUDED`; None if not stated.
+        rear_box: its rear face alone, if the box contains a side too; None if not stated.
     """
 
     box: Box
@@ -222,14 +221,14 @@ class LabelledBox:
 
 @dataclass(frozen=True, slots=True)
 class BoxEdit:
-    """A box of one frame corrected, added or deleted; the latest edit of the same box counts.
+    """A correction, addition or deletion of a box in one frame; the latest edit of the same box counts.
 
     Attributes:
         frame_index: the frame, `FrameResult.index`.
-        box_id: which box of the frame: `track_box_id` for that of a track of the log, `new_box_id` for one
+        box_id: the box in the frame: `track_box_id` for that of a track of the log, `new_box_id` for one
             that a person added.
-        label: the box as it should be; None where there should be none.
-        made_by: how it came about; between two by hand others are interpolated.
+        label: the box as it should be; None if there should be none.
+        made_by: how it was made; between two boxes drawn by hand, others are interpolated.
     """
 
     frame_index: int
@@ -240,14 +239,14 @@ class BoxEdit:
 
 @dataclass(frozen=True, slots=True)
 class FrameConfirmed:
-    """All boxes of a frame, as they stand with the edits, are right, and no vehicle is without one."""
+    """All boxes of a frame, with the edits so far, are right, and every vehicle has one."""
 
     frame_index: int
 
 
 @dataclass(frozen=True, slots=True)
 class TakenBack:
-    """An earlier entry of the same person does not count any more; one of these can be taken back too."""
+    """Undoes an earlier entry of the same person; this can be taken back too."""
 
     entry_id: str
 
@@ -259,13 +258,13 @@ SaidT_co = TypeVar("SaidT_co", bound=Said, covariant=True)
 
 @dataclass(frozen=True, slots=True)
 class Entry(Generic[SaidT_co]):
-    """Something said of a drive.
+    """Something that a person said about a drive.
 
     Attributes:
-        entry_id: unique in all files.
-        time: when, UTC, ISO 8601 with microseconds and a Z: such texts sort as their times do.
-        person: who.
-        said: what.
+        entry_id: unique over all files.
+        time: when it was said, UTC, ISO 8601 with microseconds and a Z, so that the texts sort by time.
+        person: who said it.
+        said: what was said.
     """
 
     entry_id: str

@@ -1,4 +1,4 @@
-"""The state of a drive's review: what all entries of all people make together, however they are ordered."""
+"""The state of a drive's review, computed from the entries of all people, in whatever order they come."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,13 +21,12 @@ from fcw.annotation.records import (
 from fcw.logs.events import DriveEvent
 
 FOUND_AGAIN_WITHIN_S = 1.0
-"""How far an event of the same vehicle may lie from the judged stretch: a finer rule moves an edge by
-less."""
+"""How far an event of the same vehicle may be from the one that was judged; refined rules move it less."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameReview:
-    """What was said of one frame's boxes.
+    """What was said about the boxes of one frame.
 
     Attributes:
         edits: by box id, the last edit of each person, oldest first.
@@ -39,20 +38,20 @@ class FrameReview:
 
     @property
     def labels(self) -> dict[str, LabelledBox | None]:
-        """Each edited box as the last person left it; None where it was deleted."""
+        """Each edited box as the last person left it; None if it was deleted."""
         return {box_id: edits[-1].said.label for box_id, edits in self.edits.items()}
 
 
 @dataclass(frozen=True, slots=True)
 class Review:
-    """What counts of all that was said, each tuple oldest first.
+    """What counts of everything that was said; each tuple is sorted by time, oldest first.
 
     Attributes:
         entries: everything that was not taken back.
-        verdicts: of each person the last one on each event. Two people's stand beside each other.
+        verdicts: the last one of each person on each event; those of two people are both kept.
         missed: the missed events.
         notes: the notes.
-        frames: of the frames of which somebody said something, by index.
+        frames: the frames about which somebody said something, by index.
     """
 
     entries: tuple[Entry[Said], ...] = ()
@@ -69,7 +68,7 @@ class Review:
 
 @dataclass(frozen=True, slots=True)
 class JudgedEvent:
-    """An event of the log and what people say of it.
+    """An event of the log and the verdicts on it.
 
     Attributes:
         event: the event.
@@ -86,12 +85,12 @@ class JudgedEvent:
 
     @property
     def judgement(self) -> Judgement | None:
-        """What all who judged it say; None where nobody did, or they disagree."""
+        """The common judgement of all who judged it; None if nobody did, or they disagree."""
         return self.verdicts[-1].said.judgement if self.verdicts and not self.disagreement else None
 
 
 def fold(entries: Iterable[Entry[Said]]) -> Review:
-    """What counts of entries: the same for any order of them, and with any of them given twice."""
+    """Compute the review from entries; neither their order nor repetitions change it."""
     in_order = sorted({entry.entry_id: entry for entry in entries}.values(), key=_moment)
     counting = _not_taken_back(in_order)
     verdicts: dict[Any, Entry[Verdict]] = {}
@@ -140,9 +139,9 @@ def judged_events(
 def verdicts_of(
     person: str, event: int, review: Review, events: Sequence[DriveEvent]
 ) -> list[Entry[Verdict]]:
-    """Every verdict of a person on an event that was not taken back, oldest first.
+    """All verdicts of a person on an event that were not taken back, oldest first.
 
-    Only the last one counts, but the one before it does again where that alone is taken back.
+    Only the last one counts; if it is taken back, the one before counts again.
     """
     return [
         entry
@@ -152,11 +151,11 @@ def verdicts_of(
 
 
 def find_event(reference: EventReference, events: Sequence[DriveEvent]) -> int | None:
-    """Which of the events a verdict was about.
+    """The index of the event that a verdict was about; None if it is not found.
 
-    Of the events of its kind it is the one of the same track that begins when it did; where there is none,
-    because events are found by a refined rule, the one that shares most time with it, one of the same track
-    first. Another track's must share some time with it, the same track's may be up to a second away.
+    It is the event of the same kind and track with the same start. If there is none, because the rules for
+    events have changed, it is the one that shares most time with it, preferably of the same track. An event
+    of another track must share some time with it; one of the same track may be up to a second away.
     """
     best, best_rank = None, None
     for index, event in enumerate(events):
@@ -173,12 +172,15 @@ def find_event(reference: EventReference, events: Sequence[DriveEvent]) -> int |
 
 
 def reference_to(event: DriveEvent) -> EventReference:
-    """What a verdict on an event keeps of it."""
+    """The reference to an event that a verdict stores."""
     return EventReference(event.kind, event.track_id, event.start_s, event.end_s)
 
 
 def _not_taken_back(in_order: Sequence[Entry[Said]]) -> list[Entry[Said]]:
-    """From the last to the first, so that whether a taking back counts is known before what it takes back."""
+    """The entries that count, read from the last to the first.
+
+    So it is known whether a `TakenBack` counts before the entry that it takes back is reached.
+    """
     taken_back: set[tuple[str, str]] = set()
     counting = []
     for entry in reversed(in_order):
@@ -195,7 +197,7 @@ def _of_kind(entries: Sequence[Entry[Said]], kind: type[SaidT_co]) -> tuple[Entr
 
 
 def _put_last(into: dict[Any, Entry[SaidT_co]], key: object, entry: Entry[SaidT_co]) -> None:
-    """Put an entry in the place of an earlier one, and behind all others."""
+    """Replace an earlier entry, and move it behind all others."""
     into.pop(key, None)
     into[key] = entry
 

@@ -1,8 +1,8 @@
-"""Where what people say of a drive is kept: a file of each person beside the log, which itself never changes.
+"""Stores what people say about a drive: one file for each person beside the log, which never changes.
 
-`drive.review.<person>.jsonl` holds one entry a line, after a line that says what the file is and which log it
-is about. Lines are only added, and are on the disk before they count, so that a killed program loses nothing.
-All people's files beside a log are read; copying another's file there merges the two reviews.
+`drive.review.<person>.jsonl` has one entry on each line, after a first line that names the format and the
+log. Lines are only added, and are on the disk before they count, so that a killed program loses nothing. The
+files of all people beside a log are read; copying somebody's file there merges the reviews.
 """
 
 import hashlib
@@ -28,12 +28,12 @@ from fcw.logs.mcap.reader import DriveLog
 
 FORMAT_VERSION = 1
 MOST_REVIEW_BYTES = 64 << 20
-"""Of one person's file: a hundred thousand words on one drive."""
+"""Largest file of one person: a hundred thousand entries about one drive."""
 VERSION_FIELD = "fcw_review_version"
 SAID_FIELD = "said"
 SUFFIX = ".jsonl"
 LONGEST_NAME = 40
-"""Of a person; with the log's name it has to fit a file name of 255 bytes."""
+"""Longest name of a person; together with the log's name it must fit into a file name of 255 bytes."""
 TIME_FORMAT = "%Y-%m-%dT%H:%M:%S.%fZ"
 
 
@@ -49,7 +49,7 @@ def review_path(log_path: Path, person: str) -> Path:
 
 
 def review_files(log_path: Path) -> tuple[Path, ...]:
-    """All people's files beside a log, by name.
+    """The files of all people beside a log, sorted by name.
 
     Raises:
         UserError: the folder cannot be read.
@@ -69,7 +69,7 @@ def review_files(log_path: Path) -> tuple[Path, ...]:
 
 
 def read_review(log: DriveLog) -> tuple[Review, tuple[str, ...]]:
-    """What people say of a drive, and what a person should be told of the files: damage, above all.
+    """The review of a drive, and messages about its files for the user, for example about damage.
 
     Raises:
         UserError: a file cannot be read.
@@ -84,9 +84,9 @@ def read_review(log: DriveLog) -> tuple[Review, tuple[str, ...]]:
 
 
 def log_digest(log: DriveLog) -> str:
-    """By which it is noticed that a drive was run anew, after which track ids and events are others.
+    """A digest that shows whether a drive was run again, after which track ids and events are different.
 
-    It depends only on what the log was opened with: a recovered log has the same.
+    It depends only on the start of the log, so that a recovered log has the same digest.
     """
     header = log.header
     known = [drive_metadata(header), sorted(header.versions.items()), calibration_text(header.calibration)]
@@ -94,18 +94,18 @@ def log_digest(log: DriveLog) -> str:
 
 
 class ReviewStore:
-    """The review of one drive, to read and to add to. Not thread-safe: the session serialises its calls.
+    """The review of one drive, for reading and adding. Not thread-safe: the session serialises its calls.
 
-    A person's file is made, and locked until `close`, when they say their first word.
+    The file of a person is made with their first entry, and is locked until `close`.
 
     Attributes:
-        log_path: the drive's log.
-        review: what counts by now.
-        troubles: what a person should be told of the files.
+        log_path: the log of the drive.
+        review: the review so far.
+        troubles: messages about the files for the user.
     """
 
     def __init__(self, log: DriveLog) -> None:
-        """Read what is there.
+        """Read the existing files.
 
         Raises:
             UserError: a file cannot be read.
@@ -119,7 +119,7 @@ class ReviewStore:
         self.refresh()
 
     def refresh(self) -> bool:
-        """Read what others have written since; returns whether anything is new.
+        """Read what others have written since, and return whether anything is new.
 
         Raises:
             UserError: a file cannot be read.
@@ -138,15 +138,15 @@ class ReviewStore:
         return True
 
     def add(self, person: str, said: Said) -> Entry[Said]:
-        """Keep what a person says; see `add_all`."""
+        """Store what a person says; see `add_all`."""
         return self.add_all(person, (said,))[0]
 
     def add_all(self, person: str, said: Sequence[Said]) -> tuple[Entry[Said], ...]:
-        """Keep several things a person says at once; they are on the disk when this returns.
+        """Store several things that a person says at once; they are on the disk when this returns.
 
         Raises:
-            UserError: another program writes as this person, the file cannot be written, or what is taken
-                back does not count or is another person's; nothing has changed then.
+            UserError: another program writes as this person, the file cannot be written, or an entry to take
+                back does not count or is another person's. Then nothing has changed.
         """
         path = review_path(self.log_path, person)
         for one in said:
@@ -158,7 +158,7 @@ class ReviewStore:
             fields = {"id": uuid.uuid4().hex, "time": time, "person": person}
             lines.append(_line(fields | tagged_to_json(one, SAID_FIELD)))
             time = _later(time)
-        # Through its form on the disk, so that the state is what a replay gives, to the last bit.
+        # Converted to its form on the disk and back, so that the state equals that after reading the file.
         entries = tuple(_entry(json.loads(line)) for line in lines)
         try:
             file.append(b"".join(lines))
@@ -172,7 +172,7 @@ class ReviewStore:
         return entries
 
     def take_back(self, person: str, entry_id: str) -> Entry[Said]:
-        """Take back an entry of this person's, which may itself be a taking back.
+        """Take back an entry of this person, which may itself be a `TakenBack`.
 
         Raises:
             UserError: as for `add`.
@@ -180,7 +180,7 @@ class ReviewStore:
         return self.add(person, TakenBack(entry_id))
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close and unlock the files."""
         self._closed = True
         for file in self._files.values():
             file.close()
@@ -194,7 +194,7 @@ class ReviewStore:
         self.troubles = tuple(trouble for content in self._contents.values() for trouble in content.troubles)
 
     def _now(self) -> str:
-        """The time, later than that of all that is known: what was seen before it was answered stays so."""
+        """The time now, made later than that of every known entry, so that an answer follows its question."""
         latest = max((entry.time for entry in self._entries.values()), default="")
         now = datetime.now(UTC).strftime(TIME_FORMAT)
         if now > latest:
@@ -209,7 +209,7 @@ class ReviewStore:
             raise UserError(f"only {entry.person} can take this back; add your own note instead")
 
     def _file(self, path: Path) -> LockedFile:
-        """A person's file, opened, locked and begun where it is not yet."""
+        """The file of a person, opened and locked, and begun if it is new."""
         if self._closed:
             raise UserError(f"{path}: the review is closed; start `fcw review` again")
         if path in self._files:
@@ -241,13 +241,13 @@ class ReviewStore:
 
 @dataclass(frozen=True, slots=True)
 class _Content:
-    """What a file says.
+    """The content of a file.
 
     Attributes:
-        entries: in the order in which they were said.
-        whole_bytes: how much of it is whole lines; None for a file that is no review this program can add to.
-        troubles: what a person should be told of it.
-        stamp: of the file when it was read; None for one that we write.
+        entries: the entries, in the order in which they were made.
+        whole_bytes: length of its complete lines; None for a file that this program cannot add to.
+        troubles: messages about it for the user.
+        stamp: stamp of the file when it was read; None for one that we write.
     """
 
     entries: tuple[Entry[Said], ...]
@@ -257,9 +257,9 @@ class _Content:
 
 
 def _read_file(path: Path, digest: str) -> _Content:
-    """Read a file; what follows the last line feed was never written to its end and does not count.
+    """Read a file. What follows the last line feed was not written completely and does not count.
 
-    A damaged line is left out and told: every line stands for itself.
+    A damaged line is left out and reported; the other lines do not depend on it.
     """
     try:
         stamp = _stamp(path)
@@ -307,7 +307,7 @@ def _entry(value: dict[str, Any]) -> Entry[Said]:
 
 
 def _later(time: str) -> str:
-    """The next time that can be told from one."""
+    """The next later time that is distinguishable."""
     return (datetime.strptime(time, TIME_FORMAT) + timedelta(microseconds=1)).strftime(TIME_FORMAT)
 
 
@@ -317,7 +317,7 @@ def _line(value: dict[str, Any]) -> bytes:
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
-    """By which a change of a file is noticed; None where it is not there."""
+    """A stamp that shows whether a file has changed; None if the file does not exist."""
     try:
         state = path.stat()
     except FileNotFoundError:

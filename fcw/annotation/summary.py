@@ -1,4 +1,4 @@
-"""What reviews of many drives come to: warnings per hour, how many were judged false, and why."""
+"""Summary of the reviews of many drives: warnings per hour, how many were judged false, and why."""
 
 import math
 from collections import Counter
@@ -22,19 +22,19 @@ QUANTILE = float(ndtri(0.5 + CONFIDENCE / 2))
 """Of the standard normal, so that this share lies within as many sigmas of zero."""
 
 Reasons = Mapping[tuple[Judgement, Reason | None], int]
-"""How many warnings were judged wrong in which way and why; None where nobody gave a reason."""
+"""Number of warnings by wrong judgement and reason; the reason is None if nobody gave one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """The warnings of one level, of a drive or of several.
+    """The warnings of one level in one or several drives.
 
     Attributes:
-        hours: for how long something could be seen, and a warning could come.
-        warnings: how many were shown.
-        judgements: of how many all who judged them say the same, by what they say.
-        disagreements: how many are judged differently by different people.
-        missed: how many people added as missed.
+        hours: how long something could be seen, so that a warning could be given.
+        warnings: number of warnings that were shown.
+        judgements: numbers of warnings that all judged alike, by the judgement.
+        disagreements: number of warnings that people judged differently.
+        missed: number of missed warnings that people added.
         reasons: why warnings were judged wrong.
     """
 
@@ -47,7 +47,7 @@ class Tally:
 
     @property
     def per_hour(self) -> float | None:
-        """Warnings per hour; None where nothing could be seen."""
+        """Warnings per hour; None if nothing could be seen."""
         return self.warnings / self.hours if self.hours > 0 else None
 
     @property

@@ -1,5 +1,6 @@
-"""Many drives at once: which, with which calibration, on which workers, and what came of each.
+"""Runs many drives: finds them and their calibrations, spreads them over workers, and records the results.
 
-A drive that is done has a `batch.json` in its folder, written last. It says by content, calibration, model
-and options what was run: a batch that was stopped, or is run again with more drives, does only what is left.
+A finished drive has a `batch.json` in its folder, which is written last. It identifies what was run by
+content, calibration, model and options, so that a batch that was stopped, or is run again with more drives,
+does only what is left.
 """

@@ -1,4 +1,4 @@
-"""Drives as tasks of a Dask cluster: on this machine, or one that is there already."""
+"""Drives as tasks of a Dask cluster, on this machine or an existing one."""
 
 import logging
 import secrets
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 TOPIC = "fcw-progress"
 CONNECT_S = 10
 ENOUGH_DRIVES = 2
-"""With so many drives for each worker none is searched in pieces: that decodes it twice, and no worker would
-be idle."""
+"""With so many drives for each worker, drives are not split into pieces: that would decode them twice, and no
+worker is idle anyway."""
 PIECES_FIRST = 10
 """Dask's priority: pieces of drives that have begun go before drives that have not."""
 
 MEMORY_GIVEN_BACK = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
-"""By Dask's own setting a worker gives the memory of each picture back to the system, to ask for it again,
-which takes a third more time."""
+"""With Dask's default, a worker returns the memory of each picture to the system and asks for it again, which
+takes a third more time."""
 
 OnProgress = Callable[[str, int, int | None, int], None]
 """Name of a drive, frames done, how many there are, and warnings by then."""
@@ -35,15 +35,15 @@ OnProgress = Callable[[str, int, int | None, int], None]
 
 @contextmanager
 def connected(scheduler: str | None = None, workers: int | None = None) -> "Iterator[Client]":
-    """A client of a cluster, which ends with the context where it was made for it.
+    """A client of a cluster; a cluster that was made for it ends with the context.
 
     Args:
-        scheduler: address of one that runs, whose workers see the same files by the same paths; None makes
-            one on this machine alone.
-        workers: processes of the latter, each of one thread; by default one for each core.
+        scheduler: address of a running scheduler, whose workers see the same files under the same paths; None
+            makes a cluster on this machine.
+        workers: number of processes of that cluster, each with one thread; by default one for each core.
 
     Raises:
-        UserError: Dask is not installed, or no scheduler answers there.
+        UserError: Dask is not installed, or no scheduler answers at the address.
     """
     try:
         import dask.config
@@ -83,15 +83,15 @@ def run_tasks(
     on_progress: OnProgress,
     work: Callable[[Task], Record] | None = None,
 ) -> Iterator[Record]:
-    """Run drives, as many at once as there are workers, and give each record as soon as it is there.
+    """Run drives, as many at once as there are workers, and yield each record as soon as it is ready.
 
-    A worker that dies takes no drive with it: another one runs it, up to the times that Dask allows
+    If a worker dies, another one runs its drive again, as often as Dask allows
     (`distributed.scheduler.allowed-failures`).
 
     Args:
-        client: of the cluster.
+        client: client of the cluster.
         tasks: the drives.
-        on_progress: told about once a second of each drive under way, in a thread of the client's.
+        on_progress: called about once a second for each running drive, in a thread of the client.
         work: what a worker does with a task; None runs the drive.
     """
     from distributed import as_completed

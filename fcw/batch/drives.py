@@ -1,4 +1,4 @@
-"""Which drives a batch has, what they are called, and which calibration each has."""
+"""Finds the drives of a batch, their names and their calibrations."""
 
 import errno
 import os
@@ -17,10 +17,10 @@ from fcw.sources import MCAP_SUFFIX
 from fcw.sources.folders.listing import VIDEO_SUFFIXES
 
 TRACK_SUFFIXES = ".gpx", ".GPX"
-"""Cameras write names in capitals too."""
+"""Some cameras write names in capitals."""
 TABLE_COLUMNS = ("camera", "calibration")
 TOPIC_COLUMN = "topic"
-"""A table may have it, for MCAP files of several cameras."""
+"""Optional column of the table, for MCAP files with several cameras."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,13 +28,14 @@ class BatchDrive:
     """A drive to run.
 
     Attributes:
-        name: of its folder in the batch's.
+        name: name of its folder in the folder of the batch.
         source: video or MCAP file, or folder of the videos of one drive.
-        camera: the name of the folder that holds it.
-        calibration: its file; None where there is none but, perhaps, in an MCAP file itself.
-        track: the GPX file beside it, from which its own speed comes; None where there is none.
-        topic: of an MCAP file, whose pictures; None where it has one topic of them.
-        lacking_table: the table of calibrations that has no line for its camera; None where none lacks it.
+        camera: name of the folder that contains it.
+        calibration: its calibration file; None if there is none, except perhaps inside an MCAP file.
+        track: the GPX file beside it, which gives the own speed; None if there is none.
+        topic: topic of an MCAP file whose pictures are read; None if only one topic has pictures.
+        lacking_table: the table of calibrations without a line for its camera; None if there is no such
+            table.
     """
 
     name: str
@@ -47,13 +48,13 @@ class BatchDrive:
 
     @property
     def is_calibrated(self) -> bool:
-        """Whether it can be run; of an MCAP file that shows when it is opened."""
+        """Whether it can be run; for an MCAP file, only opening it tells."""
         return self.calibration is not None or _is_mcap(self.source)
 
 
 @dataclass(frozen=True, slots=True)
 class _OfCamera:
-    """A line of the table: a camera's calibration, and the topic of its MCAP files; empty for none."""
+    """A line of the table: calibration of a camera, and topic of its MCAP files; empty if not given."""
 
     calibration: Path
     topic: str
@@ -65,19 +66,20 @@ def find_batch_drives(
     topic: str | None = None,
     join_files: bool = False,
 ) -> list[BatchDrive]:
-    """The drives that some paths stand for, each once, in the order of their names.
+    """The drives under some paths, each once, sorted by name.
 
     Args:
-        paths: videos, MCAP files, and folders, which are searched with all folders below; as texts also the
-            URLs of such that fsspec reads.
-        calibration: a file for all drives that have none; or a CSV table with the columns `camera` and
-            `calibration`, and perhaps `topic`, of which a drive takes the line with the name of its folder.
-        topic: of MCAP files, whose pictures; a topic in the table goes before it.
-        join_files: whether the videos that lie in one folder are one drive.
+        paths: videos, MCAP files, and folders, which are searched recursively; a text may also be a URL of
+            these that fsspec can read.
+        calibration: a calibration file for all drives without their own; or a CSV table with the columns
+            `camera`, `calibration` and optionally `topic`, in which the name of a drive's folder is looked
+            up.
+        topic: topic of MCAP files whose pictures are read; a topic in the table takes precedence.
+        join_files: whether the videos in one folder are one drive.
 
     Raises:
-        UserError: a path does not exist or holds no drive, the table is none, a store cannot be read, or its
-            files were to be joined.
+        UserError: a path does not exist or contains no drive, the table is not valid, a store cannot be read,
+            or files in a store were to be joined.
     """
     sources: list[Place] = []
     listed: set[RemoteFile] = set()
@@ -173,15 +175,14 @@ def _sources(path: Path) -> list[Path]:
 
 
 def _joined(files: Sequence[Path]) -> list[Path]:
-    """The same with a folder in the place of the videos in it, where they are several."""
+    """The same files, with a folder in place of its videos if it contains several."""
     counts = Counter(file.parent for file in files if not _is_mcap(file))
     places = (file.parent if counts[file.parent] > 1 and not _is_mcap(file) else file for file in files)
     return list(dict.fromkeys(places))
 
 
 def _files_below(path: Path) -> Iterator[Path]:
-    """All files in a folder and below, also in folders that are links, each folder once and by its own path
-    rather than by a link's."""
+    """All files below a folder, also through links; each folder once, by its own path if it has one here."""
     folders, visited = [path], set[tuple[int, int]]()
     while folders:
         for place, names, files in os.walk(folders.pop(0)):
@@ -201,7 +202,7 @@ def _dangles(path: Path) -> bool:
 
 
 def _each_once(sources: Iterable[Place]) -> list[Place]:
-    """The sources without those that are the same file; a file goes before links to it."""
+    """The sources without duplicates of the same file; a file takes precedence over links to it."""
     found: dict[Place | str, Place] = {}
     for source in sources:
         key = os.path.realpath(source) if isinstance(source, Path) else source
@@ -212,7 +213,7 @@ def _each_once(sources: Iterable[Place]) -> list[Place]:
 
 
 def _names(sources: Sequence[Place]) -> list[str]:
-    """The drives' names without suffix; where two are alike, the folders above go before them."""
+    """The names of the drives without suffix; equal names get the folders above as a prefix."""
     depth = 1
     plain, paths = [_plain_name(source) for source in sources], [_pure(source) for source in sources]
     names = plain
@@ -228,8 +229,10 @@ def _names(sources: Sequence[Place]) -> list[str]:
 
 
 def _beside_path(source: Path, *names: str) -> Path | None:
-    """The first of these files, with the drive's name for `{}`; what is beside a link goes before what is
-    beside the file that it leads to."""
+    """The first of these files beside a drive, or else beside the file that a link leads to.
+
+    The name of the drive replaces `{}`.
+    """
     drives = (source, Path(os.path.realpath(source)))
     paths = (drive.parent / name.replace("{}", _plain_name(drive)) for drive in drives for name in names)
     return next((path for path in paths if _is_file(path)), None)
@@ -251,8 +254,7 @@ def _beside(
     listed: Collection[RemoteFile],
     named: Collection[RemoteFile],
 ) -> RemoteFile | None:
-    """The first of these files. Folders were listed once; beside a file that was named itself the store is
-    asked."""
+    """The first of these files that exists; the store is asked only beside a file that was named itself."""
     for name in names:
         file = source.beside(name)
         if file in listed or (source in named and file.exists()):
@@ -261,7 +263,7 @@ def _beside(
 
 
 def _table(path: Path) -> dict[str, _OfCamera]:
-    """The table's lines by camera; empty where the path is a calibration itself."""
+    """The lines of the table by camera; empty if the path is a calibration itself."""
     if path.suffix.lower() != ".csv":
         if not path.is_file():
             raise UserError(

@@ -1,4 +1,4 @@
-"""A page of a batch's drives as a fleet: the worst moments of all, and how the drives compare."""
+"""A page about all drives of a batch: their worst moments, and how the drives compare."""
 
 import base64
 from collections import Counter
@@ -23,15 +23,15 @@ from fcw.logs.series import DriveSeries
 
 FLEET_NAME = "fleet.html"
 MOST_MOMENTS = 24
-"""Of the worst moments of all drives."""
+"""Number of worst moments of all drives on the page."""
 HEADWAY_EDGES_S = np.linspace(0.0, 5.0, 51)
 TTC_EDGES_S = np.linspace(0.0, 6.0, 31)
 LEAST_RANGE = 0.5
-"""Of an axis, in its own unit: a fleet in which nothing differs has one, too."""
+"""Least range of an axis in its unit, for fleets in which nothing differs."""
 MOST_NUMBERS = 10
-"""Of drives along an axis."""
+"""Largest number of drive numbers along an axis."""
 MOST_CAMERAS = 4
-"""That have colours of their own."""
+"""Largest number of cameras with their own colours."""
 DAY_S = 86_400
 DAY_NS = DAY_S * 10**9
 _STYLE = """
@@ -49,20 +49,22 @@ ol { columns: 240px; padding-left: 3rem }
 
 @dataclass(slots=True)
 class Fleet:
-    """Gathers what the page shows; call `add` with each drive that is done, in the order of the page.
+    """Collects what the page shows; call `add` with each finished drive, in the order of the page.
 
     Attributes:
-        names: of the drives.
-        cameras: of each.
-        begun_ns: of each in UTC, since 1970; None where its source does not say it.
-        warnings_per_hour: of each, of the hours in which something could be seen; NaN where there are none.
-        mount_off_deg: how much lower than calibrated the camera looked at the end of each; NaN where unknown.
-        headway_frames: frames at each headway to the lead,
-        lead_frames: of so many that have one.
-        least_ttc_s: of each event that had one.
+        names: names of the drives.
+        cameras: camera of each drive.
+        begun_ns: start of each drive in UTC, since 1970; None if its source does not state it.
+        warnings_per_hour: warnings of each drive per hour in which something could be seen; NaN if there was
+            no such time.
+        mount_off_deg: how much lower than calibrated the camera looked at the end of each drive; NaN if
+            unknown.
+        headway_frames: number of frames at each headway to the lead.
+        lead_frames: number of frames with a headway.
+        least_ttc_s: least TTC of each event that had one.
         moments: drive and event.
-        notes: drive and what a person should know of it.
-        unfinished: states of the drives that are not done.
+        notes: drive and a note about it for the user.
+        unfinished: states of the drives that are not finished.
     """
 
     names: list[str] = field(default_factory=list)
@@ -90,11 +92,11 @@ class Fleet:
         """Take a drive.
 
         Args:
-            record: what came of it.
+            record: its result.
             series: its signals.
             events: its events.
-            header: of its log.
-            out: the batch's folder.
+            header: header of its log.
+            out: folder of the batch.
         """
         self.names.append(record.name)
         self.notes += [(record.name, note) for note in record.notes]
@@ -127,10 +129,10 @@ class Fleet:
         ]
 
     def html(self, out: Path) -> str:
-        """The page, with all that it shows inside.
+        """The page as one file with all its pictures.
 
         Args:
-            out: the batch's folder.
+            out: folder of the batch.
         """
         charts = "".join(chart.svg() for chart in self.charts()) if self.names else ""
         moments = "".join(_moment_html(out, name, event) for name, event in self.moments)
@@ -151,7 +153,7 @@ class Fleet:
         )
 
     def _unfinished_html(self) -> str:
-        """How many drives the page has nothing of, and where the reasons are."""
+        """How many drives are not on the page, and where the reasons are."""
         count = len(self.unfinished)
         if not count:
             return ""
@@ -163,7 +165,7 @@ class Fleet:
         )
 
     def _by_drive(self, title: str, y_label: str, values: Sequence[float]) -> Chart:
-        """A dot a drive over the days, or over its number where a drive does not say when it was."""
+        """One dot for each drive over the days, or over its number if a drive has no date."""
         known = [value for value in values if np.isfinite(value)]
         low, high = min([0.0, *known]), max([0.0, *known])
         margin = max((high - low) * 0.05, LEAST_RANGE / 2)
@@ -218,7 +220,7 @@ def _histogram(
     heights: NDArray[np.generic],
     least_top: float = 0.0,
 ) -> Chart:
-    """Heights over their edges; the vertical axis reaches `least_top` at least."""
+    """A histogram; the vertical axis reaches at least to `least_top`."""
     steps = [
         (float(x), float(height))
         for height, *sides in zip(heights, edges[:-1], edges[1:], strict=True)

@@ -1,4 +1,4 @@
-"""How a finished drive is recognised: by its content, and by all that its result depends on."""
+"""How a finished drive is recognised: by its content and everything else that its result depends on."""
 
 import hashlib
 import json
@@ -35,17 +35,17 @@ class BatchOptions:
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What was run; SHA-256 in hexadecimal, empty for none.
+    """What was run. Digests are SHA-256 in hexadecimal, or empty if there is no such file.
 
     Attributes:
-        content: of the source's bytes; of a folder, of its videos' names and bytes; of one in an object store
-            what that says of its content.
-        calibration: of its file's, likewise; empty where the source has it inside.
-        model: of the detector's file.
-        options: as given.
-        version: of this program.
-        track: of the GPX file beside the source, likewise.
-        topic: of an MCAP file, whose pictures; its name, empty where none was named.
+        content: digest of the source's bytes, or of a folder's video names and bytes; for a file in an object
+            store, what the store states about its content.
+        calibration: digest of the calibration file, likewise; empty if the source contains it.
+        model: digest of the detector's file.
+        options: the options as given.
+        version: version of this program.
+        track: digest of the GPX file beside the source, likewise.
+        topic: name of the topic of an MCAP file; empty if none was named.
     """
 
     content: str
@@ -58,7 +58,7 @@ class Identity:
 
     @property
     def key(self) -> str:
-        """SHA-256 of all of it: equal keys make equal logs."""
+        """SHA-256 of all of it; drives with equal keys have equal logs."""
         fields = asdict(self)
         del fields["options"]["model"]  # it is known by its content, wherever it lies
         for later in ("track", "topic"):
@@ -74,7 +74,7 @@ def identity_of(
     track: Place | None = None,
     topic: str | None = None,
 ) -> Identity:
-    """Read a drive's files once, which takes a hundredth of the time that running it does.
+    """Read the files of a drive once, which takes one hundredth of the time of running it.
 
     Raises:
         OSError: a file cannot be read.

@@ -1,4 +1,4 @@
-"""What came of each drive, kept in its folder, and the manifest of the whole batch."""
+"""The record of each drive, which is kept in its folder, and the manifest of the whole batch."""
 
 import json
 from collections.abc import Iterable
@@ -21,15 +21,15 @@ DRIVES_NAME = "drives.parquet"
 MOST_MANIFEST_BYTES = 256 << 20
 """A kilobyte a drive."""
 RETRY_WORDS = "; once it is mended, run it again with --retry"
-"""After the reason of a drive whose record says that it failed: other batches only name it."""
+"""Follows the reason of a drive that failed earlier; later batches only report it."""
 
 
 class State(Enum):
-    """Of a drive in a batch."""
+    """The state of a drive in a batch."""
 
     DONE = "done"
     FAILED = "failed"
-    """Its source, calibration or an option is wrong: running it again helps only once that is mended."""
+    """Its source, calibration or an option is wrong; running it again helps only after that is fixed."""
     UNCALIBRATED = "no calibration"
     DUPLICATE = "duplicate"
     LOST = "not finished"
@@ -38,25 +38,25 @@ class State(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A drive of a batch, and what came of it.
+    """The result of one drive of a batch.
 
     Attributes:
-        name: of its folder.
+        name: name of its folder.
         source: its file.
-        camera: name of the folder that holds the source.
-        state: what came of it.
-        reason: why it is not done, with the mend; empty where it is.
-        identity: key of what was run, see `fcw.batch.identity`; empty where nothing could be.
+        camera: name of the folder that contains the source.
+        state: state of the drive.
+        reason: why it is not finished, and what to do; empty if it is.
+        identity: key of what was run, see `fcw.batch.identity`; empty if nothing could be run.
         content: SHA-256 of the source, likewise.
-        warning_policy: by which it was judged; empty where it was not run.
-        frames: how many it has.
-        seconds: that it took.
-        duration_s: of the drive.
-        events: of every kind.
-        warnings: events of level `warning`.
+        warning_policy: warning policy that was used; empty if it was not run.
+        frames: number of frames.
+        seconds: how long the run took.
+        duration_s: duration of the drive.
+        events: number of events of every kind.
+        warnings: number of events of level `warning`.
         log_bytes: size of its log.
-        notes: what a person should know of the source and of the drive, as that a part of it is lost.
-        unseen_s: for how long of it nothing could be seen; known once the tables are made.
+        notes: what the user should know about the source and the drive, for example that a part is lost.
+        unseen_s: how long nothing could be seen; known after the tables are made.
     """
 
     name: str
@@ -84,21 +84,21 @@ class Record:
 
     @property
     def frames_per_second(self) -> float:
-        """How fast it was run; 0 where it was not."""
+        """Speed of the run; 0 if it was not run."""
         return self.frames / self.seconds if self.seconds else 0.0
 
 
 class Ledger:
-    """The records of a batch's folder.
+    """The records in the folder of a batch.
 
     Args:
-        out: the batch's folder, which is made where it is not there.
+        out: the folder of the batch, which is made if it does not exist.
 
     Attributes:
-        finished: the drives that are done, of whichever batch into this folder, by their names.
+        finished: all finished drives in this folder by name, also those of earlier batches.
 
     Raises:
-        UserError: it cannot be made or read.
+        UserError: the folder cannot be made or read.
     """
 
     def __init__(self, out: Path) -> None:
@@ -120,17 +120,18 @@ class Ledger:
         self._ran = _ran(out / MANIFEST_NAME)
 
     def folder(self, name: str) -> Path:
-        """Where a drive's log, summary and record are."""
+        """The folder of a drive's log, summary and record."""
         return self.out / name
 
     def known(self, identity: Identity) -> Record | None:
-        """What came of a drive earlier, under whatever name; None where it was not run to an end."""
+        """The earlier record of a drive, under any name; None if it was not run to its end."""
         return self._known.get(identity.key)
 
     def names_of(self, source: str, content: str) -> tuple[str, ...]:
-        """Under which a drive of these pictures was finished, with whatever calibration and options.
+        """Names under which a drive with this content was finished, with any calibration and options.
 
-        At the place where it lies first, then wherever it is gone from: it was moved, and counts once.
+        First those at its present place, then those at places where it no longer is: it was moved, and counts
+        only once.
         """
         alike = self._alike.get(content, [])
         here = [record.name for record in alike if record.source == source]
@@ -138,14 +139,14 @@ class Ledger:
         return (*here, *gone)
 
     def has_failed(self, identity: Identity, source: str) -> bool:
-        """Whether a drive failed earlier, as it is, or before it was mended or moved."""
+        """Whether a drive failed earlier, in its present form or before it was fixed or moved."""
         return not self._failed.isdisjoint((identity.key, identity.content, source))
 
     def note_places(self, records: Iterable[Record]) -> None:
-        """Note of drives that were moved where they lie now, for later batches and the review page.
+        """Record the new places of drives that were moved, for later batches and the review page.
 
         Raises:
-            UserError: it cannot be written.
+            UserError: a record cannot be written.
         """
         for record in records:
             known = self._known.get(record.identity)
@@ -154,11 +155,11 @@ class Ledger:
                 write_record(moved, self.folder(known.name))
 
     def write_manifest(self, records: Iterable[Record], identities: dict[str, Identity]) -> None:
-        """What ran, with which version, calibration and model, and what came of it.
+        """Write what was run, with which version, calibration and model, and the results.
 
         Args:
-            records: of all drives.
-            identities: of those of this batch, by their keys; an earlier one's are in its manifest.
+            records: records of all drives.
+            identities: identities of this batch's drives, by key; those of earlier ones are in the manifest.
         """
         ran = self._ran | {key: asdict(identity) for key, identity in identities.items()}
         drives = [as_json(record) | {"ran": ran.get(record.identity)} for record in records]
@@ -167,7 +168,7 @@ class Ledger:
         )
 
     def _has_its_log(self, record: Record) -> bool:
-        """The log of a drive without events may be deleted; any other that is gone or torn is made again."""
+        """Whether the log is complete, or may be missing because the drive has no events."""
         try:
             size = (self.folder(record.name) / MCAP_NAME).stat().st_size
         except OSError:
@@ -176,12 +177,12 @@ class Ledger:
 
 
 def _is_gone(source: str) -> bool:
-    """Whether a file of this machine is no longer where it was; one in a store is not looked for."""
+    """Whether a file of this machine is no longer where it was; files in a store are not checked."""
     return "://" not in source and not Path(source).exists()
 
 
 def write_record(record: Record, folder: Path) -> None:
-    """Keep what came of a drive; the last thing that is written of it.
+    """Write the record of a drive, after everything else of the drive.
 
     Raises:
         UserError: it cannot be written.
@@ -191,7 +192,7 @@ def write_record(record: Record, folder: Path) -> None:
 
 
 def read_record(file: Path) -> Record | None:
-    """What came of a drive; None where nothing whole is there: the next batch runs the drive again."""
+    """Read the record of a drive; None if there is no complete one, so that the drive is run again."""
     try:
         fields = json_value(read_text(file))
         record = from_json(Record, fields | {"state": State(fields["state"]).name.lower()})
@@ -201,12 +202,12 @@ def read_record(file: Path) -> Record | None:
 
 
 def as_json(record: Record) -> dict[str, Any]:
-    """Its fields."""
+    """The fields of a record."""
     return asdict(record) | {"state": record.state.value}
 
 
 def _ran(manifest: Path) -> dict[str, Any]:
-    """What an earlier batch ran, by its key; nothing where its manifest is missing or torn."""
+    """What an earlier batch ran, by key; empty if its manifest is missing or damaged."""
     try:
         return {
             drive["identity"]: drive["ran"]

@@ -16,14 +16,14 @@ MOMENTS_NAME = "moments"
 WORST_NAME = "worst.jpg"
 MOST_THUMBNAIL_BYTES = 1 << 20
 MOST_MOMENTS = 20
-"""Events of a drive that get a thumbnail, the most severe ones."""
+"""Largest number of events of a drive that get a thumbnail; the most severe ones do."""
 
 
 def write_moments(folder: Path) -> int:
     """Write `worst.jpg`, the drive's worst moment or its middle, and `<start in ms>.jpg` for each event.
 
     Args:
-        folder: of the drive's log. A picture that is missing there is left out.
+        folder: folder of the drive's log. A picture that is missing in it is left out.
 
     Returns:
         Number of the drive's events, of every kind.
@@ -61,7 +61,7 @@ def moment_name(event: DriveEvent) -> str:
 
 
 def read_moment(folder: Path, name: str) -> bytes:
-    """A thumbnail as JPEG; empty where there is none."""
+    """A thumbnail as JPEG; empty if there is none."""
     try:
         data = read_bytes(folder / MOMENTS_NAME / name, MOST_THUMBNAIL_BYTES)
     except (OSError, MalformedError):
@@ -81,6 +81,6 @@ def _check_replaceable(path: Path) -> None:
 
 
 def _is_thumbnail(data: bytes) -> bool:
-    """A JPEG that has the height or the width of all thumbnails."""
+    """Whether it is a JPEG with the height or width of thumbnails."""
     size = picture_size(data) if data.startswith(b"\xff\xd8") else None
     return size is not None and (size[0] == THUMBNAIL_PX[0] or size[1] == THUMBNAIL_PX[1])

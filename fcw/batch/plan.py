@@ -1,4 +1,4 @@
-"""What a batch has to do: which drives are done, which cannot be run, and which are left."""
+"""What a batch has to do: which drives are finished, which cannot be run, and which are left."""
 
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -16,7 +16,7 @@ from fcw.errors import UserError
 from fcw.sources import check_path
 
 RESERVED_NAMES = (MANIFEST_NAME, *TABLE_NAMES)
-"""Files of the batch's folder, so that no drive's folder can have their names."""
+"""Names of files in the folder of the batch, which no folder of a drive may have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,8 @@ class Plan:
 
     Attributes:
         tasks: drives to run.
-        records: of all others, by what came of them earlier, or why they are not run.
-        identities: of all that could be read, by their keys.
+        records: records of all others, with their earlier results or why they are not run.
+        identities: identities of all drives that could be read, by key.
     """
 
     tasks: tuple[Task, ...]
@@ -45,10 +45,10 @@ def plan_batch(
     """Look at every drive once.
 
     Args:
-        drives: all there are.
+        drives: all drives.
         options: how they are run.
-        ledger: of the batch's folder.
-        retry: run those alone that failed.
+        ledger: ledger of the batch's folder.
+        retry: whether to run only those that failed.
         on_drive: called after each drive.
         piece_s: see `Task`; results do not depend on it.
 
@@ -96,7 +96,7 @@ def plan_batch(
         taken.add(name)
         called[identity.key] = name
         tasks.append(Task(replace(drive, name=name), identity, ledger.folder(name), piece_s))
-    # By now it is known what the drives that they are copies of are called in this batch's folder.
+    # Now the names of the drives that they are copies of are known.
     for drive, key in copies:
         reason = f"the same file and calibration as {called[key]}"
         listed.append(_record(drive, State.DUPLICATE, reason))
@@ -110,7 +110,7 @@ def plan_batch(
 
 
 def _originals(found: Iterable[tuple[BatchDrive, Identity]], ledger: Ledger) -> dict[str, BatchDrive]:
-    """Of drives that are alike the one that stands for all: that which was run, or else the first."""
+    """For equal drives, the one that stands for all: the one that was run, or else the first."""
     originals: dict[str, BatchDrive] = {}
     for drive, identity in found:
         known = ledger.known(identity)
@@ -121,7 +121,7 @@ def _originals(found: Iterable[tuple[BatchDrive, Identity]], ledger: Ledger) -> 
 
 
 def _folder_name(drive: BatchDrive, identity: Identity, ledger: Ledger, taken: Collection[str]) -> str:
-    """Where a drive goes: over its own earlier log, as of another calibration, and never over another's."""
+    """The folder of a drive. It may replace the drive's own earlier log, but never that of another drive."""
     for name in (*ledger.names_of(str(drive.source), identity.content), drive.name):
         there = ledger.finished.get(name)
         if name not in taken and (there is None or there.content in ("", identity.content)):
@@ -130,7 +130,7 @@ def _folder_name(drive: BatchDrive, identity: Identity, ledger: Ledger, taken: C
 
 
 def _broken(drive: BatchDrive) -> Record | None:
-    """Of a drive of which there is nothing to read: such drives are alike, but none is a copy of another."""
+    """The record of a drive that cannot be read; such drives look equal, but are no copies of each other."""
     source = drive.source
     if not isinstance(source, Path):
         return None
@@ -161,7 +161,7 @@ def _without_running(drive: BatchDrive) -> Record | None:
 
 
 def _known(known: Record, drive: BatchDrive) -> Record:
-    """An earlier record, of the file where it lies now."""
+    """An earlier record, with the present place of the file."""
     again = "" if known.state is State.DONE else RETRY_WORDS
     reason = known.reason if known.reason.endswith(again) else known.reason + again
     return replace(known, source=str(drive.source), camera=drive.camera, reason=reason)

@@ -1,4 +1,4 @@
-"""Files in object stores, by fsspec: found, known by their content, and fetched for the time of a run."""
+"""Files in object stores, read with fsspec: how they are found, identified, and fetched for a run."""
 
 import hashlib
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
 
 CONTENT_KEYS = ("sha256", "md5Hash", "ETag", "etag")
-"""What stores tell of a file's content; of them the first one that is there is taken."""
+"""What stores state about the content of a file; the first one that exists is used."""
 CHUNK_BYTES = 4 << 20
 EMPTY = "empty file; copy it again from where it was recorded"
 
@@ -25,7 +25,7 @@ class StoreError(UserError):
 
 @dataclass(frozen=True, slots=True)
 class RemoteFile:
-    """A file that fsspec reads, e.g. `s3://bucket/van-3/a.mp4`."""
+    """A file that fsspec can read, for example `s3://bucket/van-3/a.mp4`."""
 
     url: str
 
@@ -34,27 +34,27 @@ class RemoteFile:
 
     @property
     def path(self) -> PurePosixPath:
-        """Without the protocol."""
+        """The path without the protocol."""
         return PurePosixPath(self.url.partition("://")[2])
 
     def beside(self, name: str) -> "RemoteFile":
-        """Another file of its folder."""
+        """Another file in the same folder."""
         return RemoteFile(f"{self.url.rpartition('/')[0]}/{name}")
 
     def exists(self) -> bool:
-        """Whether it is there.
+        """Whether the file exists.
 
         Raises:
-            StoreError: the store cannot be asked.
+            StoreError: the store cannot be read.
         """
         with _told(self.url):
             return bool(_filesystem(self.url).exists(self.url))
 
     def content(self) -> str:
-        """What it is known by: what its store says of its content, or else its SHA-256.
+        """What identifies its content: what the store states about it, or else its SHA-256.
 
         Raises:
-            StoreError: it cannot be read, or is empty.
+            StoreError: the file cannot be read, or is empty.
         """
         with _told(self.url):
             filesystem = _filesystem(self.url)
@@ -72,7 +72,7 @@ class RemoteFile:
 
 
 Place = Path | RemoteFile
-"""Of a drive or a calibration."""
+"""The place of a drive or a calibration."""
 
 
 def place_of(text: str | Path) -> Place:
@@ -81,10 +81,10 @@ def place_of(text: str | Path) -> Place:
 
 
 def files_below(url: str) -> tuple[list[RemoteFile], bool]:
-    """All files in a folder and below, in the order of their names, and False; or a file, and True.
+    """All files below a folder, sorted by name, and False; or, if the URL is a file, that file and True.
 
     Raises:
-        UserError: nothing is there, or the store cannot be asked.
+        UserError: there is nothing at the URL, or the store cannot be read.
     """
     with _told(url):
         filesystem = _filesystem(url)
@@ -96,7 +96,7 @@ def files_below(url: str) -> tuple[list[RemoteFile], bool]:
 
 @contextmanager
 def fetched(*places: Place | None) -> Iterator[tuple[Path | None, ...]]:
-    """Paths on this machine, under the files' own names; what had to be fetched goes at the end.
+    """Local paths of the files under their own names; what had to be fetched is deleted at the end.
 
     Raises:
         StoreError: a file cannot be fetched.
@@ -129,7 +129,7 @@ def _filesystem(url: str) -> "AbstractFileSystem":
 
 @contextmanager
 def _told(url: str) -> Iterator[None]:
-    """What goes wrong, in a sentence: each store has errors of its own."""
+    """Turn the errors of a store, which each store has its own of, into one message."""
     protocol = url.partition("://")[0]
     try:
         yield

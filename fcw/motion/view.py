@@ -1,5 +1,4 @@
-"""Conversions between the small picture and the road: rays in level axes, and pixels of points on the
-road."""
+"""Conversions between the small picture and the road: rays in level axes, pixels of points on the road."""
 
 import math
 from dataclasses import dataclass, replace

@@ -34,8 +34,10 @@ class MeanSpeed:
 
     @property
     def scale_per_mps(self) -> float:
-        """Focal length times height of the camera, in px m, for each m/s of the true mean: it hardly hangs
-        on the focal length that was taken for granted."""
+        """Focal length times height of the camera, in px m, for each m/s of the true mean.
+
+        It hardly depends on the focal length that was assumed.
+        """
         return self.focal_px / self.heights_per_s
 
     def scale_px_m(self, speed_mps: float) -> Gaussian:

@@ -15,20 +15,20 @@ from fcw.self_calibration.parts import WHOLE_CLIP_S, pictures_of
 DETECTED_EVERY_S = 0.5
 RULER_COUNT = 40
 AHEAD_PARTS = (0.2, 0.8)
-"""Boxes whose middle lies farther aside, as parts of the picture's width, show their sides."""
+"""Range of a box's middle, as parts of the picture's width; vehicles farther aside show their sides."""
 SMALLEST_RULER_PX = 24.0
 FLATTEST_REAR = 0.7
-"""Height over width of the flattest rears; what is flatter shows its side, or is seen from the side alone."""
+"""Height over width of the flattest rears; a flatter box contains the side, or only the side."""
 BOTTOM_SIGMA_PART = 0.02
-"""Of the lower edge of a box, as a part of its height."""
+"""Standard deviation of a box's lower edge, as a part of its height."""
 SAME_OVERLAP = 0.2
-"""Boxes half a second apart that overlap so are of one vehicle."""
+"""Boxes half a second apart with this overlap belong to one vehicle."""
 SAME_PLACE_OVERLAP = 0.7
-"""Boxes at any time that overlap so show the same, or tell no more than one of them."""
+"""Boxes at any time with this overlap count once."""
 
 
 BONNET_PART = 0.03
-"""Of the picture's height, so near to its bottom boxes end that are cut there, or are the own bonnet."""
+"""Boxes that end this near the bottom, as a part of the picture's height, are cut off or the own bonnet."""
 
 
 class VehicleRulers:

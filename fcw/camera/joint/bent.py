@@ -1,5 +1,4 @@
-"""Whether a picture is bent by its lens though no lens was given: its lines bow, or its marks lie as no
-straight picture has them."""
+"""Finds out whether the lens bends a picture though no lens was given: by bent lines, or by its marks."""
 
 import math
 from dataclasses import dataclass, replace

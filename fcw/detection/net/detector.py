@@ -1,5 +1,4 @@
-"""The detector: a glance at the picture and its bands proposes boxes, a closer look refines them, both
-decide."""
+"""The detector: a glance at the picture and its bands proposes boxes, and a closer look refines them."""
 
 import math
 from dataclasses import dataclass, replace

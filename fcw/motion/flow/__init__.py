@@ -1,2 +1,1 @@
-"""What is measured from picture to picture: tracked points, own car, cuts, sight, and the pictures' true
-times."""
+"""What is measured from picture to picture: tracked points, own car, cuts, sight and true times."""

@@ -1,11 +1,10 @@
-"""Which part of the picture shows our own car: bonnet, dashboard, wipers, objects on them, sunshade and
-mirror.
+"""Which part of the picture shows our own car.
 
-It is stationary in the picture while the rest moves, and it touches the lower or the upper edge. Taken as
-road, it would tell that we stand, at any speed; taken as background, that we drive elsewhere. How far a cell
-has moved between two pictures follows without a search from the change of its grey values and their gradients
-(Horn & Schunck 1981). This is accurate up to about a pixel; a larger motion is only known to be larger, which
-is enough.
+This is its bonnet, dashboard, wipers, objects on them, sunshade and mirror. It is stationary in the picture
+while the rest moves, and it touches the lower or the upper edge. Taken as road, it would tell that we stand,
+at any speed; taken as background, that we drive elsewhere. How far a cell has moved between two pictures
+follows without a search from the change of its grey values and their gradients (Horn & Schunck 1981). This is
+accurate up to about a pixel; a larger motion is only known to be larger, which is enough.
 
 The limits were set while looking at eight clips with a dashboard or bonnet in view and six without, eight of
 them not of the project's data; none was left out. By their medians, cells of our own car were still in nine

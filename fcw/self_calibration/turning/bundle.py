@@ -18,7 +18,8 @@ from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.pair import NOISE_PX, motion_between
 
 BEND = Gaussian(-0.12, 0.15)
-"""Of any camera behind a windscreen: 0 of a straightened picture, k1 -0.24 (Udacity), -0.37 (KITTI, raw)."""
+"""Prior for a camera behind a windscreen: straightened pictures 0, Udacity's -0.24, KITTI's raw ones
+-0.37."""
 BEND_RANGE = (-0.45, 0.2)
 FOCAL_RANGE = (0.15, 3.0)
 """In widths of the picture."""

@@ -23,22 +23,22 @@ from fcw.self_calibration.turning.lens import PlainLens
 from fcw.self_calibration.turning.windows import HOP_S, LENGTH_S, TurningWindow, turning_windows
 
 VIEWS_DEG = (45.0, 60.0, 75.0, 90.0, 110.0)
-"""Fields of view to start with."""
+"""Fields of view at which the fit starts."""
 ROUGH_PLAN = ((8.0, 3), (3.0, 4), (1.2, 8))
 FINE_PLAN = ((1.0, 60),)
 LEAST_INLYING = 0.55
-"""A window whose points keep less to one rigid world shows traffic, rain or reflections."""
+"""Least mean weight of a window's points; with less, they are traffic, rain or reflections."""
 LARGEST_SIGMA = 0.5
 FEWEST_WINDOWS = 2
-"""How far windows differ is not seen in one."""
+"""A single window does not show how much windows differ."""
 TRUSTED_BEND = (-0.42, 0.18)
-"""What comes out beside it is at the end of what is looked for."""
+"""A bend outside this range is at the limit of the search, and is not used."""
 STRAIGHT_BEND = -0.18
-"""Windows above it count together as those of a straight picture, whatever their bends: few tell it well."""
+"""Windows with a larger bend count as those of a straight picture, because few windows show a bend well."""
 SAME_BEND = 0.05
-"""Windows of one bent lens differ by less: those of a wide dash camera by 0.01."""
+"""Windows of one lens with distortion differ by less than this; those of a wide dash camera by 0.01."""
 LEAST_BENT = 0.08
-"""A picture whose side a lens brings nearer to the middle by a smaller part is straight enough."""
+"""A picture counts as straight if the lens moves its sides towards the middle by a smaller part than this."""
 WINDOW_SIGMA = 0.15
 """Relative error of the focal length of each window; those of KITTI odometry 03 differ by 0.12."""
 COMMON_SIGMA = 0.08

@@ -1,9 +1,9 @@
-"""How fast a vehicle's bearing changes. A vehicle that comes nearer at a constant bearing is on a collision
-course.
+"""How fast the bearing of a vehicle changes.
 
-An error of the distance shifts the lateral position, and for a vehicle far to the side that looks like
-motion. The bearing does not depend on the distance. Modified polar coordinates: Aidala & Hammel 1983,
-"Utilization of modified polar coordinates for bearings-only tracking".
+A vehicle that comes nearer at a constant bearing is on a collision course. An error of the distance shifts
+the lateral position, and for a vehicle far to the side that looks like motion. The bearing does not depend on
+the distance. Modified polar coordinates: Aidala & Hammel 1983, "Utilization of modified polar coordinates for
+bearings-only tracking".
 """
 
 import math

@@ -1,5 +1,4 @@
-"""Which vehicles are believed. One that appears from nothing near us must earn belief before it may hide
-another.
+"""Which vehicles are believed: one that appears from nothing near us must earn it before it hides another.
 
 A real vehicle comes into the picture from afar, from the sides, from behind another vehicle, or was there at
 the start. A near box that appears anywhere else is a vehicle that the detector found late, or no vehicle: a

@@ -1,2 +1,1 @@
-"""Following vehicles by their looks: finding an image patch in the next picture, and how much it has
-grown."""
+"""Follows vehicles by their appearance: finds an image patch in the next picture, and how much it grew."""
