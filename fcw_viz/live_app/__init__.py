@@ -1,1 +1,1 @@
-"""The live page: a drive that is running now, with a warning that is seen and heard."""
+"""The live page: a running drive with visible and audible warnings."""

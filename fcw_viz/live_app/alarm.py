@@ -1,4 +1,4 @@
-"""The warning as it is seen and heard: a border with words over the picture, and sounds of the page's own."""
+"""The visible and audible warning: a border with words over the picture, and sounds."""
 
 from html import escape
 from pathlib import Path
@@ -21,7 +21,7 @@ COMMANDS = {
 }
 """Short enough to be read at a glance."""
 SOUNDING = {WarningLevel.CAUTION: "caution", WarningLevel.WARNING: "warning"}
-"""Levels that are heard, by their names in alarm.js; an advisory is only seen."""
+"""Levels with a sound, by their names in alarm.js; an advisory is only visible."""
 SILENT = "none"
 
 
@@ -35,30 +35,30 @@ class Alarm:
         run_script(client, _BROWSER_SIDE)
 
     def show(self, result: FrameResult, captured: str, imperial: bool) -> None:
-        """Show and sound a frame's warning.
+        """Show and sound the warning of a frame.
 
         Args:
-            result: of the frame.
-            captured: when its picture was, as `PictureAge.in_browser` says it.
-            imperial: units of the words.
+            result: result of the frame.
+            captured: when its picture was captured, from `PictureAge.in_browser`.
+            imperial: whether the words use imperial units.
         """
         level = result.warning.level
         set_html(self._banner, banner_html(result, imperial))
         run_script(self._client, f"window.fcwAlarm.tell('{SOUNDING.get(level, SILENT)}', {captured});")
 
     def mute(self, muted: bool) -> None:
-        """Silent, or not."""
+        """Switch the sounds off or on."""
         self.muted = muted
         run_script(self._client, f"window.fcwAlarm.mute({'true' if muted else 'false'});")
 
     def end(self, lost: bool) -> None:
-        """The drive has ended; that its source was lost is heard once."""
+        """End the drive; a lost source is sounded once."""
         set_html(self._banner, "")
         run_script(self._client, f"window.fcwAlarm.end({'true' if lost else 'false'});")
 
 
 def banner_html(result: FrameResult, imperial: bool) -> str:
-    """A border in the level's colour and what to do; nothing without a warning."""
+    """A border in the colour of the level, and what to do; empty without a warning."""
     warning = result.told_warning
     if warning.level is WarningLevel.NONE:
         return ""

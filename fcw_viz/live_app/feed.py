@@ -1,4 +1,4 @@
-"""From the running pipeline to the tabs: the latest result with its picture, and nothing that could wait."""
+"""From the running pipeline to the tabs: always the latest result with its picture."""
 
 import threading
 from collections import deque
@@ -20,13 +20,13 @@ HISTORY_S = 30.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """A frame's result as it became known.
+    """The result of a frame with its picture.
 
     Attributes:
-        result: of the frame.
+        result: result of the frame.
         image: its picture, (height, width, 3) BGR; not to be changed.
-        captured_s: when the picture came to the program, on the source's clock.
-        found_s: when its result was there.
+        captured_s: when the picture came to the program, on the clock of the source.
+        found_s: when its result was ready.
     """
 
     result: FrameResult
@@ -36,13 +36,13 @@ class Moment:
 
 
 class LiveFeed:
-    """A sink that keeps the latest moment for whoever asks, and the results of the last seconds.
+    """A sink that keeps the latest moment and the results of the last seconds.
 
-    `write` stores and wakes who waits; drawing and sending is the tabs' business, in their own threads.
+    `write` only stores them and wakes those who wait; the tabs draw and send in their own threads.
     """
 
     def __init__(self, source: LiveSource) -> None:
-        """Nothing is known before the first frame."""
+        """Make an empty feed."""
         self._source = source
         self._changed = threading.Condition()
         self._latest: Moment | None = None
@@ -54,13 +54,13 @@ class LiveFeed:
     # What the pipeline tells
 
     def open(self, header: DriveHeader) -> None:
-        """The drive begins."""
+        """Begin the drive."""
         with self._changed:
             self._header = header
             self._changed.notify_all()
 
     def write(self, result: FrameResult, packets: Sequence[VideoPacket]) -> None:
-        """A frame has its result."""
+        """Take the result of a frame."""
         capture = self._source.capture(result.index)
         found_s = self._source.now_s()
         with self._changed:
@@ -74,7 +74,7 @@ class LiveFeed:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """The drive has ended."""
+        """End the drive."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
@@ -83,12 +83,12 @@ class LiveFeed:
 
     @property
     def header(self) -> DriveHeader | None:
-        """Of the drive; None before it begins."""
+        """Header of the drive; None before it begins."""
         return self._header
 
     @property
     def ended(self) -> bool:
-        """Whether no frame will come any more."""
+        """Whether the drive has ended, so that no frame will come."""
         return self._ended
 
     @property
@@ -98,31 +98,31 @@ class LiveFeed:
 
     @property
     def dropped(self) -> int:
-        """How many pictures were left out to keep up."""
+        """How many pictures were skipped to keep up."""
         return self._source.dropped
 
     @property
     def trouble(self) -> str:
-        """Why no picture comes at present, or any more; empty while they come."""
+        """Why no picture comes now, or will come any more; empty while pictures come."""
         return self._source.trouble
 
     def now_s(self) -> float:
-        """The present moment on the clock of the moments."""
+        """The current time on the clock of the moments."""
         return self._source.now_s()
 
     def newer_than(self, frame_index: int, wait_s: float) -> Moment | None:
-        """The latest moment, if it is newer than a frame; waits for one.
+        """Wait for a moment that is newer than a frame, and return the latest one; None if none comes.
 
         Args:
-            frame_index: the last one known; -1 for none.
-            wait_s: at most.
+            frame_index: index of the last known frame; -1 for none.
+            wait_s: longest wait.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._ended or self._is_newer(frame_index), wait_s)
             return self._latest if self._is_newer(frame_index) else None
 
     def history(self, last_index: int) -> DriveSeries:
-        """The results of the last `HISTORY_S` up to a frame as columns; none where that is longer ago."""
+        """The results of the last `HISTORY_S` up to a frame, as columns; empty if the frame is older."""
         with self._changed:
             results = tuple(self._history)
         builder = SeriesBuilder()

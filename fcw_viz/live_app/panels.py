@@ -1,4 +1,4 @@
-"""What stands beside and under the picture of a live drive: words, and the plots of the last seconds."""
+"""The panels of a live drive: words beside the picture, and plots of the last seconds under it."""
 
 from dataclasses import dataclass
 from html import escape
@@ -28,7 +28,7 @@ from fcw_viz.review_app.words import why
 
 LIVE_STYLE = Path(__file__).with_name("live_page.css").read_text(encoding="utf-8")
 TOP_PX = 8.0
-"""Over the plots."""
+"""Space above the plots."""
 FIRST_LAYOUT = StripLayout(1040.0, 300.0)
 HELP_ROWS = (
     ("B", "picture or view from above"),
@@ -41,12 +41,12 @@ HELP_ROWS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class History:
-    """The last seconds of a drive that runs, as the plots want it.
+    """The last seconds of a running drive, in the form that the plots need.
 
     Attributes:
-        header: of the drive.
-        series: columns, at least one row.
-        first_ns: time of the drive's first frame.
+        header: header of the drive.
+        series: the columns, with at least one row.
+        first_ns: time of the first frame of the drive.
     """
 
     header: DriveHeader
@@ -54,7 +54,7 @@ class History:
     first_ns: int
 
     def rows_between(self, start_s: float, end_s: float) -> slice:
-        """All of them: the last seconds are what is shown."""
+        """All rows, because the plots show only the last seconds."""
         return slice(0, len(self.series))
 
     @property
@@ -64,7 +64,7 @@ class History:
 
 
 class LivePanels:
-    """Panel and strip of one tab."""
+    """The panel and the strip of plots of one tab."""
 
     def __init__(self, gui: viser.GuiApi, title: str) -> None:
         self._title = title
@@ -89,16 +89,16 @@ class LivePanels:
         self.show_aspect(16, 9)
 
     def resized(self, about: str) -> None:
-        """The browser has told an element's size."""
+        """Take the size of an element from the browser."""
         self._layout = StripLayout.parse(about) or self._layout
 
     def show_aspect(self, width: int, height: int) -> None:
-        """The strip leaves the picture its room."""
+        """Set the height of the strip so that the picture has its room."""
         sizes = f"--fcw-docked: {PANEL_WIDTH_PX}px; --fcw-aspect: {height / width:.5f};"
         set_html(self._sizes, f"<style>:root {{ {sizes} }}</style>")
 
     def show_head(self, words: str, ended: bool) -> None:
-        """What is running, and how."""
+        """Show what is running, and its state."""
         sign = '<span class="fcw-live ended">ended</span>' if ended else '<span class="fcw-live">LIVE</span>'
         set_html(
             self._head,
@@ -110,7 +110,7 @@ class LivePanels:
     def show_result(
         self, result: FrameResult, header: DriveHeader, time_s: float, dropped: int, latency: LatencyFigures
     ) -> None:
-        """What was found in a frame, and how old it is."""
+        """Show what was found in a frame, and its age."""
         pictures = "1 picture" if dropped == 1 else f"{dropped} pictures"
         left_out = f" · {pictures} skipped" if dropped else ""
         self.show_head(
@@ -134,7 +134,7 @@ class LivePanels:
         )
 
     def show_plots(self, history: History) -> None:
-        """The last seconds."""
+        """Show the plots of the last seconds."""
         layout, end_s = self._layout, max(history.last_s, HISTORY_S)
         axis = TimeAxis(end_s - HISTORY_S, end_s, layout.axis_px)
         height_px = layout.height_px - TOP_PX - BOTTOM_PX

@@ -1,4 +1,4 @@
-"""The live page's server: the running drive in every tab, and its review once it has ended."""
+"""The server of the live page: the running drive in every tab, and its review after the end."""
 
 from pathlib import Path
 
@@ -16,21 +16,21 @@ FOR_FIRST_PICTURE = "waiting for the first picture"
 
 
 class LivePage(PageServer):
-    """A running page."""
+    """The live page while it is served."""
 
     runs_drive = True
 
     def __init__(self, feed: LiveFeed, title: str, port: int = DEFAULT_PORT, dark: bool = False) -> None:
-        """Serve a drive that begins, or has begun.
+        """Serve a drive that is about to begin or has begun.
 
         Args:
-            feed: what the pipeline tells.
-            title: of the drive.
-            port: wished for; the next free one where it is taken.
-            dark: colours at the beginning.
+            feed: the feed from the pipeline.
+            title: title of the drive.
+            port: preferred port; the next free one is used if it is taken.
+            dark: whether the page starts in dark colours.
 
         Raises:
-            UserError: the port is none.
+            UserError: the port is not valid.
         """
         self._feed, self._title, self._dark = feed, title, dark
         self._waiting = FOR_FIRST_PICTURE
@@ -38,28 +38,28 @@ class LivePage(PageServer):
         super().__init__(port, f"fcw · {title}", dark)
 
     def say_waiting(self, words: str) -> None:
-        """Have every tab say what is waited for, until the first picture comes."""
+        """Show in every tab what is waited for, until the first picture comes."""
         self._waiting = words
         for tab in self.tabs:
             if isinstance(tab, LiveTab):
                 tab.show_waiting(words)
 
     def say_ended(self, words: str) -> None:
-        """Tell every tab that the drive has ended, and what comes now; also when the program ends."""
+        """Show in every tab that the drive has ended, and what comes next; also when the program ends."""
         self.goodbye = words
         for tab in self.tabs:
             if isinstance(tab, LiveTab):
                 tab.show_end(words)
 
     def review(self, log: Path, reviewer: str) -> None:
-        """Become the page that reviews the drive's log, now that it is whole; every tab is loaded anew.
+        """Become the page that reviews the complete log of the drive; every tab is reloaded.
 
-        Where the source was lost, the tabs say so until a person asks for the review: nobody must take an
+        If the source was lost, the tabs show that until the user asks for the review. Nobody must mistake an
         empty page for a road without danger.
 
         Args:
             log: the drive.mcap.
-            reviewer: in whose name verdicts are kept.
+            reviewer: name under which verdicts are stored.
         """
         session = ReviewSession({self._title: log}, reviewer)
         session.start()
@@ -71,13 +71,13 @@ class LivePage(PageServer):
                 tab.client.flush()
 
     def open_tab(self, client: viser.ClientHandle) -> PageTab:
-        """A tab on the drive, or on its review."""
+        """Open a tab on the drive, or on its review."""
         if self._session is None:
             return LiveTab(client, self._feed, self._title, self._waiting)
         return Tab(client, self._session, self._title, self._dark)
 
     def stop(self) -> None:
-        """End it."""
+        """End the page."""
         super().stop()
         if self._session is not None:
             self._session.close()

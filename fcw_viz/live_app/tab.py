@@ -1,4 +1,4 @@
-"""One browser tab on a running drive: it follows as fast as its browser draws, with the latest frame."""
+"""One browser tab on a running drive, which shows the latest frame as fast as its browser draws."""
 
 import threading
 import time
@@ -25,14 +25,14 @@ from fcw_viz.review_app.panels.layout import PANEL_WIDTH_PX
 from fcw_viz.review_app.picture.birds_eye_view import BirdsEye
 
 FIRST_SIZE = ImageSize(1280, 720)
-"""Of the picture before the drive begins."""
+"""Size of the picture before the drive begins."""
 QUALITY = 80
-"""Of the pictures' JPEGs."""
+"""JPEG quality of the pictures."""
 LOST_S = 10.0
-"""A browser that does not say for so long that it has drawn a picture gets another: a word may be lost."""
+"""If a browser does not confirm a picture for so long, it gets another one; the message may be lost."""
 LOOK_S = 0.01
 PLOTS_S, WORDS_S = 0.4, 0.2
-"""Plots and words follow in such steps: they are read, not watched."""
+"""Intervals at which plots and words are updated; they need not be as fast as the picture."""
 REVIEW = f"<button {says('review:')}>Review the drive</button>"
 
 
@@ -40,10 +40,10 @@ class LiveTab(PageTab):
     """One tab on a feed.
 
     Attributes:
-        birds_eye: the same from above.
-        hover: what there is to know of the vehicle under the mouse.
-        age: of the picture on the screen.
-        latency: how old what it shows is.
+        birds_eye: the view from above.
+        hover: details of the vehicle under the mouse.
+        age: age of the picture on the screen.
+        latency: latencies of what it shows.
     """
 
     def __init__(self, client: viser.ClientHandle, feed: LiveFeed, title: str, waiting: str) -> None:
@@ -65,7 +65,7 @@ class LiveTab(PageTab):
         self.age = PictureAge(client)
         self._alarm = Alarm(client)
         add_keys(client.gui, self.run, self._keys())
-        # Heard at once: a drawn picture's time is that of the message, not of the tab's thread.
+        # Handled at once, because a picture is drawn at the time of this message.
         channel = PageChannel(client, _at_once)
         channel.on("drawn", self._was_drawn)
         channel.on("clock", lambda about: self.age.clock.heard(float(about) / 1000, feed.now_s()))
@@ -82,11 +82,11 @@ class LiveTab(PageTab):
         threading.Thread(target=self._follow, name="live tab", daemon=True).start()
 
     def show_waiting(self, words: str) -> None:
-        """What is waited for before the first picture."""
+        """Show what is waited for before the first picture."""
         self.run(partial(self._panels.show_head, words, False))
 
     def show_end(self, words: str) -> None:
-        """The drive has ended, and what comes now."""
+        """Show that the drive has ended, and what comes next."""
         self.run(partial(self._end, words))
 
     def _end(self, words: str) -> None:
@@ -96,7 +96,7 @@ class LiveTab(PageTab):
         self._panels.show_head(words, True)
 
     def _show_trouble(self, trouble: str, ended: bool) -> None:
-        """Why no picture comes, in words that stay where that has ended the drive."""
+        """Show why no picture comes; the words stay if that has ended the drive."""
         if trouble and ended:
             self._lost = f"No more warnings: {trouble}"
             self._end(f"The drive has ended: {escape(trouble)}. {REVIEW}")
@@ -107,11 +107,11 @@ class LiveTab(PageTab):
         self.client.flush()
 
     def _follow(self) -> None:
-        """Have the latest moment shown when the browser is ready, a new level at once; in a thread.
+        """Show the latest moment when the browser is ready, and a new level at once; runs in a thread.
 
-        A new level is told everywhere but in the picture, which may be a while behind.
+        A new level appears everywhere except in the picture, which may be a little behind.
 
-        Only one picture is on its way: it is known which one the browser has drawn, and how old that is.
+        Only one picture is on its way, so that it is known which one the browser has drawn, and its age.
         """
         seen, told, sent_s = -1, None, float("-inf")
         waiting: Moment | None = None
@@ -174,7 +174,7 @@ class LiveTab(PageTab):
             self.hover.show(moment.result if self._overlay_shown else None, header.imperial)
 
     def _tell(self, moment: Moment) -> None:
-        """Warning, sound and the panel's words, of one result: of two they would contradict each other."""
+        """Show the warning, its sound and the words of the panel, all of one result so that they agree."""
         self._sound(moment)
         if self._end_words is None:
             self._show_words(moment)
@@ -212,7 +212,7 @@ class LiveTab(PageTab):
             self._show_plots(self._moment)
 
     def _show_plots(self, moment: Moment) -> None:
-        """The last seconds up to what the picture shows, which may be behind what is known."""
+        """Show the last seconds up to the frame in the picture, which may be behind the latest result."""
         header, feed = self._feed.header, self._feed
         series = feed.history(moment.result.index)
         if header is not None and len(series) > 0:

@@ -1,5 +1,5 @@
-"""What both pages have in common: the picture and what is drawn and dragged on it, playback, fields, manners.
+"""What all pages have in common: the picture, what is drawn and dragged on it, playback, and fields.
 
-`picture_view` is the clicking surface; `page_script` and `page_style` are what the browser has to do and how
-it looks; `server` starts viser on this machine only.
+`picture_view` is the surface for clicks, `script` and `style` are what the browser does and how it looks, and
+`server` starts viser on this machine only.
 """

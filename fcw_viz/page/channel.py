@@ -1,7 +1,7 @@
-"""From the page's own HTML and SVG to the server: viser's HTML has no events of its own.
+"""Messages from the HTML and SVG of a page to the server, because viser's HTML has no events.
 
-Elements say by attributes what a click or a drag on them means (`page_channel.js`); a script in the browser
-sends it through a hidden field.
+Attributes of elements define what a click or a drag on them means. A script in the browser
+(`page_channel.js`) sends it through a hidden field.
 """
 
 import json
@@ -21,37 +21,37 @@ OnMessage = Callable[[str], object]
 
 
 class PageChannel:
-    """Messages of one tab's page: a name and, after a colon, what it is about.
+    """The messages of one tab: each is a name and, after a colon, a text.
 
-    Besides those of the page's elements there are `asked:` and `ready:`, once the script runs, with what the
-    address says after `asked=` and `at=`, `size:<name> <width>x<height>` of elements that say
-    `data-fcw-size="<name>"`, and `docked:` when the panel has a dock again, of viser's own width, after the
-    window was too narrow for one.
+    Besides those of the page's elements, there are these. `asked:` and `ready:` come when the script runs,
+    with the texts after `asked=` and `at=` in the address. `size:<name> <width>x<height>` comes from elements
+    with `data-fcw-size="<name>"`. `docked:` comes when the panel is docked again, with viser's own width,
+    after the window was too narrow for that.
     """
 
     def __init__(self, client: viser.ClientHandle, run: Run) -> None:
-        """Nothing is heard before `open`.
+        """Make the channel; no message is received before `open`.
 
         Args:
-            client: the browser's side.
-            run: runs work in the tab's thread, in order.
+            client: the side of the browser.
+            run: runs work in the thread of the tab, in order.
         """
         self._client = client
         self._run = run
         self._on_message: dict[str, tuple[OnMessage, Run]] = {}
 
     def on(self, name: str, callback: OnMessage, run: Run | None = None) -> None:
-        """Calls back with what a message of that name is about.
+        """Register a callback for the text of messages with this name.
 
         Args:
-            name: of the message.
-            callback: raises ValueError, LookupError or OverflowError where the page never says such a thing.
-            run: runs it, in the place of the channel's own.
+            name: name of the message.
+            callback: raises ValueError, LookupError or OverflowError for a text that the page never sends.
+            run: runs the callback instead of the channel's own `run`.
         """
         self._on_message[name] = callback, run or self._run
 
     def open(self) -> None:
-        """Starts to listen; what is heard has its callbacks by now."""
+        """Start to receive messages, after all callbacks are registered."""
         field = self._client.gui.add_text("", "", visible=False)
 
         @field.on_update
@@ -76,12 +76,12 @@ class PageChannel:
 
 
 def says(message: str) -> str:
-    """The attribute of an element on which a click is a message."""
+    """The attribute of an element whose click sends a message."""
     return f'data-fcw="{escape(message)}"'
 
 
 def leads_to(tab: str, place: str) -> str:
-    """The attribute of an element on which a click shows a place of the page, see `is_place`."""
+    """The attribute of an element whose click shows a place on the page, see `is_place`."""
     return f'data-fcw-goto="{escape(f"{tab}/{place}")}"'
 
 
@@ -91,56 +91,56 @@ def is_place(place: str) -> str:
 
 
 def chooses(name: str) -> str:
-    """The attribute of a `select` whose chosen value is a message of that name."""
+    """The attribute of a `select` that sends its chosen value as a message with this name."""
     return f'data-fcw-choice="{escape(name)}"'
 
 
 def enters(field: str, name: str, key: str = "") -> str:
-    """Attributes of an input whose text is a message of that name when Enter is pressed.
+    """Attributes of an input that sends its text as a message when Enter is pressed.
 
     Args:
-        field: its id, by which `script.empty_element` empties it once the text is taken.
-        name: of the message.
-        key: a small letter that puts the cursor in it; empty for none.
+        field: its id, which `script.empty_element` needs to clear it after the text was taken.
+        name: name of the message.
+        key: a lower-case letter that puts the cursor into it; empty for none.
     """
     by_key = f' data-fcw-key="{escape(key)}"' if key else ""
     return f'id="{escape(field)}" data-fcw-enter="{escape(name)}"{by_key}'
 
 
 def tells_typed(field: str, name: str) -> str:
-    """Attributes of an input whose text is a message of that name while it is typed.
+    """Attributes of an input that sends its text as a message while it is typed.
 
     Args:
         field: its id.
-        name: of the message.
+        name: name of the message.
     """
     return f'id="{escape(field)}" data-fcw-typed="{escape(name)}"'
 
 
 def is_item(name: str, opens: bool = True) -> str:
-    """Attributes of an element of a list that keys lead to, and from there to the one before or after it.
+    """Attributes of a list element that can be reached with the arrow keys.
 
     Args:
-        name: by which it is found again when the list is drawn anew.
-        opens: whether a click on it opens something; else it is only read.
+        name: its name, by which it is found again after the list was redrawn.
+        opens: whether a click on it opens something.
     """
     role = ' role="link"' if opens else ""
     return f'data-fcw-item="{escape(name)}" tabindex="0"{role}'
 
 
 def keeps_scroll(name: str) -> str:
-    """The attribute of an element that, drawn anew, stays scrolled to where it was under that name."""
+    """The attribute of an element that keeps its scroll position under this name when it is redrawn."""
     return f'data-fcw-scroll="{escape(name)}"'
 
 
 def slides(element: str, name: str, start: float, end: float) -> str:
-    """Attributes of an element along which a click or a drag is a message with a number.
+    """Attributes of an element on which a click or a drag sends a message with a number.
 
     Args:
-        element: its id, by which it is found again when it is drawn anew during a drag.
-        name: of the message.
-        start: the number at the element's left edge.
-        end: the number at its right edge.
+        element: its id, by which it is found again if it is redrawn during a drag.
+        name: name of the message.
+        start: the number at the left edge of the element.
+        end: the number at the right edge.
     """
     return f'id="{escape(element)}" data-fcw-slide="{escape(name)}:{start!r}:{end!r}"'
 
@@ -148,20 +148,20 @@ def slides(element: str, name: str, start: float, end: float) -> str:
 def slides_along(
     element: str, other: str, name: str, start: float, end: float, *, waits: bool = False
 ) -> str:
-    """As `slides`, for a small element that is dragged along another one, whose edges the numbers are of.
+    """The same as `slides` for a small element that is dragged along another one.
 
     Args:
         element: its id.
-        other: the other one's.
-        name: of the message; after a colon there may be what it is about, before the number.
-        start: the number at the other one's left edge.
+        other: id of the other element.
+        name: name of the message; a colon and a text may follow, before the number.
+        start: the number at the left edge of the other element.
         end: the number at its right edge.
-        waits: the message is sent once, when the element is let go of.
+        waits: whether the message is sent only once, when the element is released.
     """
     waiting = " data-fcw-waits" if waits else ""
     return f'{slides(element, name, start, end)} data-fcw-along="{escape(other)}"{waiting}'
 
 
 def says_size(name: str) -> str:
-    """The attribute of an element that tells its size."""
+    """The attribute of an element that sends its size."""
     return f'data-fcw-size="{escape(name)}"'

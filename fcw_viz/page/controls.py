@@ -1,4 +1,4 @@
-"""Controls of a tab: what somebody chooses or presses is done in the tab's own thread, in order."""
+"""Controls of a tab: choices and clicks are handled in the thread of the tab, in order."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -7,13 +7,13 @@ from typing import Any
 import viser
 
 Run = Callable[[Callable[[], object]], None]
-"""Runs work in the tab's thread."""
+"""Runs work in the thread of the tab."""
 Actions = Mapping[str, Callable[[], object]]
-"""What the buttons of a group do, by their labels."""
+"""The actions of the buttons of a group, by label."""
 
 
 def on_choice(handle: Any, run: Run, choose: Callable[[Any], object]) -> None:  # noqa: ANN401 - any viser input
-    """Call `choose` with what somebody chose in a list, a box or a slider, not with what the page set."""
+    """Call `choose` with what the user chose in a list, a box or a slider, not with what the page set."""
 
     @handle.on_update
     async def _(event: viser.GuiEvent[Any]) -> None:
@@ -22,7 +22,7 @@ def on_choice(handle: Any, run: Run, choose: Callable[[Any], object]) -> None:  
 
 
 def on_press(group: viser.GuiButtonGroupHandle, run: Run, actions: Actions) -> None:
-    """Do the action of the button that is pressed."""
+    """Run the action of a button when it is pressed."""
 
     @group.on_click
     async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
@@ -30,7 +30,7 @@ def on_press(group: viser.GuiButtonGroupHandle, run: Run, actions: Actions) -> N
 
 
 def on_button(button: viser.GuiButtonHandle, run: Run, action: Callable[[], object]) -> None:
-    """Do the action when the button is pressed."""
+    """Run the action when the button is pressed."""
 
     @button.on_click
     async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:

@@ -1,4 +1,4 @@
-"""What a page shows before viser's own script has started, which takes seconds: HTML within the page."""
+"""What a page shows before viser's script has started, which takes seconds: HTML inside the page."""
 
 import gzip
 from html import escape
@@ -11,18 +11,18 @@ _STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")
 _BODY = b"<body>"
 _START = b"<script data-p="
 _WAITS = b'<script type="text/plain" data-p='
-"""viser's one script, and the same as text, which `first.js` starts."""
+"""viser's only script, and the same as text, which `first.js` starts."""
 _QUICK = 1
-"""Of gzip's levels: the page is packed compactly already."""
+"""Level of gzip; the page is already compact."""
 
 
 def first_html(html: str, drawn_by: str, dark: bool) -> str:
-    """HTML that is seen until the page has drawn the same by itself; what is done there meanwhile is kept.
+    """HTML that is shown until the page has drawn the same; what the user does in it meanwhile is kept.
 
     Args:
-        html: what is seen, with the same ids and `data-fcw` attributes as what takes its place.
-        drawn_by: CSS selector of the element that takes its place, and whose scroll position it keeps.
-        dark: colours.
+        html: the content, with the same ids and `data-fcw` attributes as the element that replaces it.
+        drawn_by: CSS selector of the element that replaces it, to which the scroll position is passed.
+        dark: whether the colours are dark.
     """
     look = "fcw-first dark" if dark else "fcw-first"
     return (
@@ -32,7 +32,7 @@ def first_html(html: str, drawn_by: str, dark: bool) -> str:
 
 
 def with_first(response: Response, html: str) -> None:
-    """Put HTML at the beginning of the body of viser's page, whose script starts when that is drawn."""
+    """Insert HTML at the start of the body of viser's page; viser's script starts after it is drawn."""
     packed = response.headers.get("Content-Encoding") == "gzip"
     page = gzip.decompress(response.body) if packed else response.body
     head, body, rest = page.rpartition(_BODY)

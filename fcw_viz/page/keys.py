@@ -1,4 +1,4 @@
-"""Keys of a page: each does what some button or drag does, and stands in viser's command palette."""
+"""The keys of a page; each does the same as a button or drag, and is listed in viser's command palette."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
@@ -14,9 +14,9 @@ class Key(NamedTuple):
     """A command with its key.
 
     Attributes:
-        label: what it does, in the palette.
-        key: as viser names it.
-        modifier: held with it; None for none.
+        label: its description in the palette.
+        key: its name in viser.
+        modifier: the modifier to hold; None for none.
         action: what it does.
     """
 
@@ -27,7 +27,7 @@ class Key(NamedTuple):
 
 
 def picture_keys(fit: Callable[[], object], zoom: Callable[[float], object]) -> tuple[Key, ...]:
-    """The keys of a picture: `fit` shows the whole of it, `zoom` makes it larger by a factor."""
+    """The keys of a picture: `fit` shows all of it, `zoom` enlarges it by a factor."""
 
     def larger() -> None:
         zoom(ZOOM_STEP)
@@ -42,7 +42,7 @@ def picture_keys(fit: Callable[[], object], zoom: Callable[[float], object]) -> 
 
 
 def add_keys(gui: viser.GuiApi, run: Run, keys: Iterable[Key]) -> None:
-    """Register keys in a tab; `run` does their work in the tab's thread."""
+    """Register keys in a tab; `run` runs their actions in the thread of the tab."""
     for key in keys:
         # viser's type lists letters and a few names; its browser side takes every key.
         hotkey: Any = key.key
@@ -55,7 +55,7 @@ def add_keys(gui: viser.GuiApi, run: Run, keys: Iterable[Key]) -> None:
 
 
 def help_table(rows: Iterable[tuple[str, str]]) -> str:
-    """Keys and what they do, as an HTML table."""
+    """An HTML table of keys and what they do."""
     cells = "".join(
         f"<tr><td><kbd>{keys}</kbd></td><td style='text-align:left;white-space:normal'>{words}</td></tr>"
         for keys, words in rows

@@ -1,4 +1,4 @@
-"""The link between a page and its program: what the page says and does when that is away, or has ended."""
+"""The link between a page and its program: what the page does when the program is away or has ended."""
 
 import json
 from pathlib import Path
@@ -11,11 +11,11 @@ _BROWSER_SIDE = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 
 
 def watch_link(client: viser.ClientHandle) -> None:
-    """Have the page say when the program does not answer, and come back when it does."""
+    """Make the page show when the program does not answer, and return when it does."""
     run_script(client, _BROWSER_SIDE)
 
 
 def say_goodbye(client: viser.ClientHandle, words: str) -> None:
-    """Have the page say that the program ends; it closes the connection once it has."""
+    """Make the page show that the program ends; the page then closes the connection."""
     run_script(client, f"window.fcwLink.ended({json.dumps(words)});")
     client.flush()

@@ -1,4 +1,4 @@
-"""The panel about the page itself: its keys, and how it looks."""
+"""The panel about the page itself: its keys and colours."""
 
 from collections.abc import Iterable
 
@@ -13,10 +13,10 @@ def add_page_panel(gui: viser.GuiApi, run: Run, help_rows: Iterable[tuple[str, s
     """Add a table of the keys, and the switch between dark and light.
 
     Args:
-        gui: the tab's.
-        run: runs work in the tab's thread.
+        gui: GUI of the tab.
+        run: runs work in the thread of the tab.
         help_rows: keys and what they do.
-        dark: colours at the beginning.
+        dark: whether the page starts in dark colours.
     """
     gui.add_html(text_block(help_table(help_rows)))
     on_choice(gui.add_checkbox("Dark mode", dark), run, lambda chosen: set_colours(gui, chosen))

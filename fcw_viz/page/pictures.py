@@ -1,4 +1,4 @@
-"""The pictures of a drive by their number: exactly those that iteration gives, without waiting for it."""
+"""Random access to the pictures of a drive: exactly those that iteration gives."""
 
 import threading
 from collections import OrderedDict, deque
@@ -11,27 +11,26 @@ from fcw.errors import UserError
 from fcw.frame import Frame, ImageSize, Source, TimedSource
 
 CACHE_BYTES = 128 << 20
-"""Nearly fifty pictures of 1280x720: stepping to and fro decodes nothing twice."""
+"""Nearly fifty pictures of 1280x720, so that stepping back and forth decodes nothing twice."""
 READ_ON_FRAMES = 12
-"""Up to this far ahead it is quicker to decode on than to open the file again at the keyframe before."""
+"""Up to so many frames ahead, reading on is faster than seeking to the keyframe before."""
 READ_BACK_FRAMES = 8
-"""Stepping back, the pictures before are kept too: all of them have to be decoded for the one asked for."""
+"""When stepping back, so many pictures before the requested one are kept, since they are decoded anyway."""
 
 
 class Pictures:
-    """The frames of a source by their number, for several threads at once.
+    """The frames of a source by number; thread-safe.
 
-    A number is the place among the frames that the source announces: in an undamaged source that is
-    `Frame.index` of its iteration.
+    The number counts the frames that the source announces; in an undamaged source it equals `Frame.index`.
 
     Attributes:
-        source: where they come from.
-        count: how many there are. Where only decoding tells (see `TimedSource`) it is an estimate until the
-            last one has been read.
+        source: the source.
+        count: number of frames. If only decoding tells it (see `TimedSource`), it is an estimate until the
+            last frame has been read.
     """
 
     def __init__(self, source: Source) -> None:
-        """Look up the times of the frames; a video is read through once for them, without decoding."""
+        """Read the times of the frames; a video is read through once for that, without decoding."""
         self.source = source
         self._times_ns = source.times_ns if isinstance(source, TimedSource) else None
         known = None if self._times_ns is None else len(self._times_ns)
@@ -43,12 +42,12 @@ class Pictures:
         self._cache_size = max(READ_BACK_FRAMES, CACHE_BYTES // (3 * size.width * size.height))
         self._cursor: Iterator[Frame] = iter(())
         self._cursor_index = -1
-        """Number of the frame that the cursor gave last; -1 where it stands nowhere."""
+        """Number of the frame that the cursor gave last; -1 if there is none."""
         self._last_read = -1
 
     @property
     def name(self) -> str:
-        """What a person calls the source."""
+        """The name of the source."""
         return self.source.name
 
     @property
@@ -62,14 +61,14 @@ class Pictures:
         return self.source.frame_rate_hz
 
     def read(self, index: int) -> Frame:
-        """The frame of that number; `Frame.index` tells which one was given.
+        """The frame with this number; `Frame.index` tells which one was returned.
 
-        A number before the first or beyond the last gives the first or the last. Where a picture is damaged
-        the next one that can be decoded is given, at the end the one before. The image is shared by all who
-        ask: draw into a copy.
+        A number before the first or beyond the last gives the first or the last frame. For a damaged picture,
+        the next one that can be decoded is returned, or at the end the one before. The image is shared: draw
+        into a copy.
 
         Raises:
-            UserError: the source cannot be read any more, or a picture in it has another size.
+            UserError: the source can no longer be read, or a picture in it has another size.
         """
         with self._lock:
             index = max(0, min(index, self.count - 1) if self._count_known else index)
@@ -83,7 +82,7 @@ class Pictures:
             return frame
 
     def play(self, start_index: int) -> Iterator[Frame]:
-        """Frames from that number on, by a reader of their own: `read` is not held up meanwhile.
+        """Frames from this number on, by a separate reader, so that `read` is not blocked.
 
         Raises:
             UserError: as `read`.
@@ -91,7 +90,7 @@ class Pictures:
         return self._frames_from(min(max(start_index, 0), self.count - 1))
 
     def _decode(self, index: int) -> Frame:
-        """The frame of a number, by reading on where that is near, else from the keyframe before."""
+        """Decode a frame: by reading on if it is near, else from the keyframe before."""
         if not 0 <= self._cursor_index < index <= self._cursor_index + READ_ON_FRAMES:
             stepping_back = index == self._last_read - 1
             self._go_to(max(0, index - READ_BACK_FRAMES + 1) if stepping_back else index)
@@ -103,7 +102,7 @@ class Pictures:
         return self._last_before(index)
 
     def _last_before(self, index: int) -> Frame:
-        """The last frame that can be decoded, once there was none from `index` on."""
+        """The last frame that can be decoded, if there is none from `index` on."""
         self._cursor, self._cursor_index = iter(()), -1
         back = READ_BACK_FRAMES
         while True:
@@ -124,7 +123,7 @@ class Pictures:
         self._cursor, self._cursor_index = self._frames_from(index), -1
 
     def _frames_from(self, index: int) -> Iterator[Frame]:
-        """Frames from a number on, each with its number; without packets, which nobody here needs."""
+        """Frames from a number on, each with its number and without packets."""
         if self._times_ns is None:
             for frame in self.source.frames():
                 if frame.index >= index:

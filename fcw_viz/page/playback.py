@@ -1,4 +1,4 @@
-"""Playback in real time: pictures are left out rather than shown late."""
+"""Playback in real time, which skips pictures rather than showing them late."""
 
 import logging
 import threading
@@ -11,30 +11,29 @@ from fcw.units import NS_PER_S
 from fcw_viz.page.pictures import Pictures
 
 LARGEST_LAG_S = 0.4
-"""Where leaving pictures out does not help against falling behind, playback slows down: one picture at least
-is shown in this time."""
+"""At least one picture is shown in this time; if skipping pictures is not enough, playback slows down."""
 STOP_CHECK_S = 0.02
-"""Who plays waits for the thread that shows, but not when that wants it to stop."""
+"""How often the player checks, while it waits for the thread that shows, whether that wants it to stop."""
 KEY_ECHO_S = 0.3
-"""The space key also presses the button that was clicked last: one press counts once."""
+"""The space key also presses the button that was clicked last; within this time both count once."""
 LONGEST_GAP_S = 2.0
-"""Of a drive, that is waited for: its stamps may have one of hours."""
+"""Longest gap of a drive that is waited for: its times may have a gap of hours."""
 
 _log = logging.getLogger(__name__)
 
 
 class PlayingThread:
-    """The thread in which something is played; what and how is a subclass's `_play`.
+    """A thread that plays something; a subclass defines it in `_play`.
 
-    Nothing is started before `play`.
+    The thread starts with `play`.
     """
 
     def __init__(self, on_end: Callable[[str], None], clock: Clock | None = None) -> None:
-        """Nothing plays yet.
+        """Make the player; nothing plays yet.
 
         Args:
-            on_end: called in that thread when playing has ended, by whatever: with a message where it could
-                not go on, else an empty text.
+            on_end: called in its thread when playing has ended for any reason, with a message if it could not
+                go on, else with an empty text.
             clock: for tests.
         """
         self._on_end = on_end
@@ -45,15 +44,15 @@ class PlayingThread:
 
     @property
     def playing(self) -> bool:
-        """Whether it plays now."""
+        """Whether it is playing."""
         return self._thread is not None and not self._stop.is_set()
 
     def play(self, start_index: int, speed: float = 1.0) -> None:
-        """Play from a picture on, instead of what is played now.
+        """Play from a picture on, instead of what is playing now.
 
         Args:
             start_index: number of the first picture.
-            speed: seconds of the drive for each second.
+            speed: seconds of the drive per second.
         """
         with self._lock:
             self._end()
@@ -64,7 +63,7 @@ class PlayingThread:
             self._thread.start()
 
     def stop(self) -> None:
-        """Stop; once this returns no further picture is shown (unless called while one is shown)."""
+        """Stop; after this returns, no further picture is shown (unless it is called while one is shown)."""
         with self._lock:
             self._end()
 
@@ -96,7 +95,7 @@ class PlayingThread:
 
 
 class Playback(PlayingThread):
-    """Plays the pictures of one tab, each decoded in its turn."""
+    """Plays the pictures of one tab, decoding them one after another."""
 
     def __init__(
         self,
@@ -105,14 +104,14 @@ class Playback(PlayingThread):
         on_end: Callable[[str], None],
         clock: Clock | None = None,
     ) -> None:
-        """Nothing is started before `play`.
+        """Make the player; the thread starts with `play`.
 
         Args:
-            pictures: of the drive.
-            show: shows a frame; called in the playback's thread, and may take its time, but no longer once
-                it does not play any more.
-            on_end: called in that thread when playing has ended, by whatever: with a message where the
-                pictures could not be read on, else an empty text.
+            pictures: pictures of the drive.
+            show: shows a frame; called in the thread of the player. It may take its time, but must return
+                soon after playing was stopped.
+            on_end: called in that thread when playing has ended for any reason, with a message if pictures
+                could no longer be read, else with an empty text.
             clock: for tests.
         """
         super().__init__(on_end, clock)

@@ -1,4 +1,4 @@
-"""What the page itself has to do in the browser, which viser has no call for."""
+"""What the page does in the browser that viser has no call for."""
 
 import json
 from pathlib import Path
@@ -27,58 +27,59 @@ if (!window.fcwManners) {
   }));
 }
 """
-"""Enter and Escape leave a field, and a button or a slider let go of is left: keys are the page's again. A
-click on a row of a table that names a key is that key, as viser's HTML has no events of its own."""
+"""Enter and Escape leave a field, and a button or slider loses the focus when it is released, so that keys
+belong to the page again. A click on a table row with a key presses that key, because viser's HTML has no
+events."""
 _LAYOUT = Path(__file__).with_name("layout.js").read_text(encoding="utf-8")
 _FIELDS = Path(__file__).with_name("fields.js").read_text(encoding="utf-8")
 
 
 def install(client: viser.ClientHandle, title: str) -> None:
-    """Give the page its title, and its fields their manners."""
+    """Set the title of the page, and how its fields handle keys."""
     run_script(client, _SCRIPT % {"title": json.dumps(title)})
     run_script(client, _LAYOUT)
     run_script(client, _FIELDS)
 
 
 def focus(client: viser.ClientHandle, field: viser.GuiTextHandle) -> None:
-    """Put the cursor in a labelled field, also in one that was added just now."""
+    """Put the cursor into a labelled field, also one that was just added."""
     run_script(client, f"window.fcwFocus({json.dumps(field._impl.uuid)});")
 
 
 def expect_typing(client: viser.ClientHandle, after_click: bool, after_key: str) -> None:
-    """Say what asks for a number: digits typed right after it wait for the field.
+    """Set what asks for a number, so that digits typed right after it wait for the field.
 
     Args:
         client: the tab.
-        after_click: whether a click on the picture does.
-        after_key: the small letter that does; empty for none.
+        after_click: whether a click on the picture asks for a number.
+        after_key: the lower-case letter that asks for a number; empty for none.
     """
     asks = {"click": after_click, "key": after_key}
     run_script(client, f"window.fcwExpectsTyping = {json.dumps(asks)};")
 
 
 def expect_no_typing(client: viser.ClientHandle) -> None:
-    """What was clicked asks for no number: digits typed since then are keys."""
+    """Treat digits typed since the last click as keys, because the click asks for no number."""
     run_script(client, "window.fcwNoField();")
 
 
 def turn_to_tab(client: viser.ClientHandle, name: str) -> None:
-    """Open a tab of the panel; `turn_back` leads back."""
+    """Open a tab of the panel; `turn_back` goes back."""
     run_script(client, f"window.fcwTurnTo({json.dumps(name)});")
 
 
 def turn_back(client: viser.ClientHandle, name: str) -> None:
-    """Open the tab that was open before `turn_to_tab`, unless somebody has left that one since."""
+    """Open the tab that was open before `turn_to_tab`, unless the user has changed the tab since."""
     run_script(client, f"window.fcwTurnBack({json.dumps(name)});")
 
 
 def focus_element(client: viser.ClientHandle, element_id: str) -> None:
-    """Put the cursor in a field of the page's own HTML."""
+    """Put the cursor into a field of the page's own HTML."""
     run_script(client, f"document.getElementById({json.dumps(element_id)})?.focus();")
 
 
 def empty_element(client: viser.ClientHandle, element_id: str, taken: str) -> None:
-    """Empty a field of the page's own HTML, unless something else stands there by now than what was taken."""
+    """Clear a field of the page's own HTML, unless its text has changed since it was taken."""
     run_script(
         client,
         f"const field = document.getElementById({json.dumps(element_id)});"
@@ -88,7 +89,7 @@ def empty_element(client: viser.ClientHandle, element_id: str, taken: str) -> No
 
 
 def note_in_address(client: viser.ClientHandle, name: str, text: str) -> None:
-    """Keep a text in the page's address: loaded anew, or sent to somebody, it is there."""
+    """Write a text into the address of the page, so that a reload or a copied address contains it."""
     run_script(
         client,
         "const address = new URL(location);"

@@ -1,4 +1,4 @@
-"""A page's server with the program's manners: for its own person only, quiet, and at the next free port."""
+"""The server of a page: for its own user only, quiet, and on the next free port."""
 
 import socket
 import threading
@@ -23,39 +23,39 @@ DEFAULT_PORT = 8080
 LAST_PORT = 65535
 GOODBYE = "The program has ended. Start it again, and this page reconnects."
 GOODBYE_S = 1.0
-"""At its end the program waits at most so long until every page has read that."""
+"""At its end the program waits at most so long until every page has received the message."""
 
 
 class PageServer(ABC):
-    """A running page; every browser that comes has a tab until it goes.
+    """A page while it is served; each connected browser has a tab.
 
     Attributes:
-        url: where it is, with the secret that lets a browser in (see `fcw_viz.page.guard`).
-        port: the one it got.
-        goodbye: what every page says when this has ended.
-        runs_drive: whether a drive is run beside the page, so that its pictures should come and go quickly.
+        url: its address, with the secret that admits a browser (see `fcw_viz.page.guard`).
+        port: its port.
+        goodbye: what every page shows after the end.
+        runs_drive: whether a drive is run beside the page, whose pictures must come and go quickly.
     """
 
     goodbye = GOODBYE
     runs_drive = False
 
     def __init__(self, port: int, label: str, dark: bool) -> None:
-        """Serve from now on: all that `open_tab` needs is there already.
+        """Start serving; everything that `open_tab` needs must exist already.
 
         Args:
-            port: wished for; the next free one where it is taken.
-            label: over the panels.
-            dark: colours at the beginning.
+            port: preferred port; the next free one is used if it is taken.
+            label: the label above the panels.
+            dark: whether the page starts in dark colours.
 
         Raises:
-            UserError: the port is none, or neither it nor one after it is free.
+            UserError: the port is not valid, or neither it nor a later one is free.
         """
         check_port(port)
         self._wished_port = port
         self._tabs: dict[int, PageTab] = {}
         self._ever_open: weakref.WeakSet[PageTab] = weakref.WeakSet()
         self._lock = threading.Lock()
-        # A tab that is closed while it plays or draws is nothing to tell anybody.
+        # A tab that is closed while it plays or draws need not be reported.
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
         self._tidying = Tidying()
         if not self.runs_drive:
@@ -71,31 +71,31 @@ class PageServer(ABC):
 
     @abstractmethod
     def open_tab(self, client: viser.ClientHandle) -> PageTab:
-        """The tab of a browser that has come."""
+        """Make the tab of a browser that has connected."""
 
     def first_html(self, query: str) -> str:
-        """What a page shows before viser's script has started, see `fcw_viz.page.first`; empty for nothing.
+        """What a page shows before viser's script has started, see `fcw_viz.page.first`; may be empty.
 
         Args:
-            query: of the page's address.
+            query: query part of the page's address.
         """
         del query
         return ""
 
     @property
     def tabs(self) -> tuple[PageTab, ...]:
-        """Those that are open."""
+        """The open tabs."""
         with self._lock:
             return tuple(self._tabs.values())
 
     def announce(self, console: Console, title: str, words: str, browser: bool) -> None:
-        """Print where the page is, and show it.
+        """Print the address of the page, and open it.
 
         Args:
             console: where it is printed.
-            title: what is done there.
-            words: what else the person should know.
-            browser: whether one is opened.
+            title: what the page is for.
+            words: what else the user should know.
+            browser: whether to open a browser.
         """
         if self.port != self._wished_port:
             console.print(
@@ -111,7 +111,7 @@ class PageServer(ABC):
             time.sleep(3600)  # a second Ctrl-C in the locks of `threading` would end in their own error
 
     def stop(self) -> None:
-        """Say so on every page, close the tabs and end it."""
+        """Show the end on every page, close the tabs and end the server."""
         with quiet_end():
             for tab in self.tabs:
                 say_goodbye(tab.client, self.goodbye)
@@ -123,7 +123,7 @@ class PageServer(ABC):
                 ever_open = tuple(self._ever_open)
             for tab in tabs.values():
                 tab.close()
-            # What a tab is doing goes through the server, also where its browser has gone already.
+            # What a tab is doing needs the server, even if its browser is already gone.
             for tab in ever_open:
                 tab.wait_closed()
             self._server.stop()
@@ -133,7 +133,7 @@ class PageServer(ABC):
         with self._lock:
             tab = self._tabs[client.client_id] = self.open_tab(client)
             self._ever_open.add(tab)
-        # A browser that was gone before its tab was made is not told of again.
+        # A browser that left before its tab was made does not report it again.
         if client.client_id not in self._server._websock_server._live_connections:
             await self._disconnected(client)
 
@@ -146,17 +146,17 @@ class PageServer(ABC):
 
 
 def check_port(port: int) -> None:
-    """Before anything else is opened.
+    """Check the number of a port, before anything else is opened.
 
     Raises:
-        UserError: it is none.
+        UserError: it is not a port number.
     """
     if not 1 <= port <= LAST_PORT:
         raise UserError(f"--port {port}: expected a number from 1 to {LAST_PORT}")
 
 
 def _free_port(wished: int) -> int:
-    """The next one that nobody listens on; viser would wait for ever where there is none."""
+    """The next free port; viser would wait for ever if there is none."""
     for port in range(wished, LAST_PORT + 1):
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -1,4 +1,4 @@
-"""One browser tab of a page: its picture, and the thread in which all of it happens, in order."""
+"""One browser tab of a page: its picture, and the thread in which everything happens, in order."""
 
 import threading
 from collections.abc import Callable
@@ -15,15 +15,15 @@ NOTIFICATION_S = 6.0
 
 
 class PageTab:
-    """What every tab of every page is.
+    """The base of all tabs.
 
     Attributes:
-        client: the browser's side.
+        client: the side of the browser.
         view: the picture of this tab.
     """
 
     def __init__(self, client: viser.ClientHandle, title: str, image_size: ImageSize) -> None:
-        """A tab with that title, and nothing on its picture yet."""
+        """Make a tab with this title and an empty picture."""
         self.client = client
         self._closed = threading.Event()
         install(client, title)
@@ -31,26 +31,26 @@ class PageTab:
         self.view = PictureView(client, image_size)
 
     def close(self) -> None:
-        """The tab is gone."""
+        """End the thread of the tab after its browser has left."""
         self._closed.set()
         self.view.close()
 
     def wait_closed(self) -> None:
-        """Wait until what a closed tab was doing is done."""
+        """Wait until a closed tab has finished what it was doing."""
         self.view.wait_closed()
 
     def run(self, work: Callable[[], object]) -> None:
-        """Do something in this tab's thread, after everything that came before."""
+        """Run something in the thread of this tab, after everything that came before."""
         self.view.run_in_order(self._run, work)
 
     def notify(self, title: str, text: str = "", trouble: bool = False) -> None:
-        """Tell the person of this tab something."""
+        """Show a message to the user of this tab."""
         self.client.add_notification(
             title, text, auto_close_seconds=NOTIFICATION_S, color="orange" if trouble else "green"
         )
 
     def refuse(self, error: UserError) -> None:
-        """Tell the person of this tab why something was not done."""
+        """Show the user of this tab why something was not done."""
         self.notify(str(error), trouble=True)
 
     def _run(self, work: Callable[[], object]) -> None:

@@ -1,1 +1,1 @@
-"""The review page: recorded drives in the browser, and what people say of them."""
+"""The review page: recorded drives in the browser, and what people say about them."""

@@ -1,4 +1,4 @@
-"""What a person says of a drive in a tab: verdicts, missed events, notes, and taking them back."""
+"""What a person says about a drive in a tab: verdicts, missed events and notes, with undo."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from fcw.warning.types import WarningLevel
 from fcw_viz.review_app.place import Place
 
 MISSED_BEFORE_S, MISSED_AFTER_S = 1.0, 1.0
-"""A missed event reaches so far around the moment at which it is added."""
+"""A missed event extends so far before and after the moment at which it is added."""
 NOTHING_TO_UNDO = (
     "nothing to undo: only what this tab did since it was loaded can be undone. To clear a verdict, "
     "press its key (1 to 4) again; to remove a note or a missed event, press ✕ under Notes"
@@ -19,21 +19,21 @@ NOTHING_TO_UNDO = (
 
 
 class _Words(NamedTuple):
-    """One step of what is said: entries that count, or are taken back, together."""
+    """One step of undo: entries that count, or are taken back, together."""
 
     drive: str
     entry_ids: tuple[str, ...]
 
 
 class Annotating:
-    """What the person of one tab says; it is kept, and told to the other tabs, at once."""
+    """What the person of one tab says; it is stored, and shown in the other tabs, at once."""
 
     def __init__(self, place: Place, notify: Callable[[str, str], object]) -> None:
-        """Nothing is said yet.
+        """Begin with nothing said.
 
         Args:
-            place: where the person is.
-            notify: tells the person something, as a title and a text.
+            place: the place of the tab.
+            notify: shows the user a message with a title and a text.
         """
         self._place, self._notify = place, notify
         self._said: list[_Words] = []
@@ -41,7 +41,7 @@ class Annotating:
 
     @property
     def messages(self) -> Mapping[str, Callable[[str], object]]:
-        """What the page's elements say, and what is done then."""
+        """Handlers of the messages from the elements of the page."""
         return {
             "reason": lambda about: self.give_reason(Reason[about] if about else None),
             "takeback": self.take_back,
@@ -66,24 +66,24 @@ class Annotating:
         self._judge(judgement, None, own.said.text if own is not None else "")
 
     def give_reason(self, reason: Reason | None) -> None:
-        """Say why, with the verdict that was given."""
+        """Add a reason to the verdict that was given."""
         own = self._told_verdict()
         self._judge(own.said.judgement, reason, own.said.text)
 
     def explain(self, text: str) -> None:
-        """Say more in own words, with the verdict that was given."""
+        """Add a remark to the verdict that was given."""
         own = self._told_verdict()
         self._judge(own.said.judgement, own.said.reason, text.strip())
 
     def add_note(self, text: str) -> None:
-        """Remark something on the moment that is shown."""
+        """Add a note to the moment that is shown."""
         self.say(Note(self._place.time_s, text.strip()))
 
     def add_missed(self, text: str = "", level: WarningLevel = WarningLevel.WARNING) -> None:
-        """Say that a warning was missed in the marked range, else around the moment that is shown.
+        """Add a missed warning in the marked range or, without one, around the moment that is shown.
 
         Raises:
-            UserError: one was shown then, which is there to be judged.
+            UserError: a warning was shown then; it can be judged instead.
         """
         time_s, duration_s = self._place.time_s, self._place.opened.duration_s
         start_s, end_s = max(time_s - MISSED_BEFORE_S, 0.0), min(time_s + MISSED_AFTER_S, duration_s)
@@ -113,10 +113,10 @@ class Annotating:
         level: WarningLevel | None = None,
         text: str | None = None,
     ) -> None:
-        """Change one of the reviewer's own missed events; what is None stays.
+        """Change one of the reviewer's own missed events; None leaves a field as it is.
 
         Raises:
-            UserError: it would end before it starts, or is not theirs.
+            UserError: the event would end before it starts, or belongs to somebody else.
         """
         missed = self._place.review.review.missed
         entry = next((one for one in missed if one.entry_id == entry_id), None)
@@ -137,23 +137,23 @@ class Annotating:
             self.say(TakenBack(entry_id), changed)
 
     def say(self, *said: Said) -> None:
-        """Keep something said of the open drive; all of it is one step to take back."""
+        """Store something about the open drive; all of it is one step of undo."""
         name = self._place.opened.name
         entries = self._place.session.say(name, *said, seen=self._place.opened)
         self._said.append(_Words(name, tuple(entry.entry_id for entry in entries)))
         self._taken_back.clear()
 
     def take_back(self, entry_id: str) -> None:
-        """Take back one of the reviewer's own words."""
+        """Take back one of the reviewer's own entries."""
         self._take_back(_Words(self._place.opened.name, (entry_id,)))
 
     @property
     def last_drive(self) -> str | None:
-        """Of which drive something was said last in this tab; None where nothing can be taken back."""
+        """The drive of the last entry in this tab; None if nothing can be undone."""
         return self._said[-1].drive if self._said else None
 
     def undo(self) -> None:
-        """Take back what was said last in this tab of this drive."""
+        """Undo the last step of this tab in this drive."""
         name = self._place.opened.name
         counting = {entry.entry_id for entry in self._place.review.review.entries}
         while (last := next((said for said in reversed(self._said) if said.drive == name), None)) is not None:
@@ -164,7 +164,7 @@ class Annotating:
         raise UserError(NOTHING_TO_UNDO)
 
     def redo(self) -> None:
-        """Say again what was taken back last in this tab of this drive."""
+        """Redo the last step that was undone in this tab in this drive."""
         name = self._place.opened.name
         last = next((said for said in reversed(self._taken_back) if said.drive == name), None)
         if last is None:
@@ -184,7 +184,7 @@ class Annotating:
         return next((one for one in judged.verdicts if one.person == self._place.session.reviewer), None)
 
     def _counts(self, words: "_Words") -> bool:
-        """Whether anything is another without a step: not where a later verdict counts in its place."""
+        """Whether undoing a step would change anything; not if a later verdict has replaced it."""
         review, step = self._place.review.review, set(words.entry_ids)
         if any(isinstance(one.said, TakenBack) for one in review.entries if one.entry_id in step):
             return True  # what it took back is not in the review
@@ -197,7 +197,7 @@ class Annotating:
         )
 
     def _clear_verdict(self) -> None:
-        """Leave the selected event unjudged: with the verdict go those that it superseded, in one step."""
+        """Clear the verdict on the selected event, and those that it replaced, in one step."""
         place = self._place
         assert place.selected is not None
         person, shown = place.session.reviewer, place.review
@@ -205,7 +205,7 @@ class Annotating:
         self.say(*(TakenBack(entry.entry_id) for entry in reversed(own)))
 
     def _take_back(self, words: "_Words") -> None:
-        """Take back all of a step, the last word first."""
+        """Take back all entries of a step, the last one first."""
         entries = self._place.session.say(words.drive, *map(TakenBack, reversed(words.entry_ids)))
         self._said = [said for said in self._said if said != words]
         self._taken_back.append(_Words(words.drive, tuple(entry.entry_id for entry in entries)))
@@ -217,7 +217,7 @@ class Annotating:
         self.change_missed(entry_id, start_s=start_s, end_s=end_s)
 
     def _drag_missed(self, about: str, *, start: bool) -> None:
-        """Move an end of a missed event; over the other end it takes that along."""
+        """Move an end of a missed event; beyond the other end, it moves that too."""
         entry_id, _, text = about.partition(":")
         time_s = min(max(float(text), 0.0), self._place.opened.duration_s)
         entry = next((one for one in self._place.review.review.missed if one.entry_id == entry_id), None)
@@ -237,7 +237,7 @@ class Annotating:
         self.change_missed(entry_id, text=text)
 
     def _target(self, entry_id: str) -> str | None:
-        """What a taking back took back."""
+        """The entry that a `TakenBack` entry takes back."""
         for entry in self._place.review.review.entries:
             if entry.entry_id == entry_id and isinstance(entry.said, TakenBack):
                 return entry.said.entry_id

@@ -1,4 +1,4 @@
-"""What one person reviews a drive with: playing, boxes, words and the screen, and what moves them all."""
+"""The desk of one reviewer: playing, boxes, entries and the screen, and the commands that use them."""
 
 import json
 from collections.abc import Callable
@@ -20,31 +20,31 @@ from fcw_viz.review_app.triage.ahead import Ahead
 from fcw_viz.review_app.triage.drive_filter import DriveFilter, Listed
 
 NOTE_ID = "fcw-note"
-"""Of the field for a note."""
+"""Id of the field for a note."""
 
 
 class Desk:
-    """The desk of one tab, in its thread.
+    """The desk of one tab; used only in the thread of the tab.
 
     Attributes:
         view: the picture.
-        place: where the person is.
+        place: drive, frame and event that are shown.
         playing: plays the drive.
-        annotating: what is said here of it.
+        annotating: stores what the reviewer says.
         boxes: corrects the boxes of a frame.
-        box_commands: what is done with the selected box at once.
+        box_commands: commands for the selected box.
         runs: another run that the drive is compared with.
         screen: what is shown of the drive.
-        ahead: reads what the next unjudged event shows.
+        ahead: reads the picture of the next unjudged event in advance.
     """
 
     def __init__(self, tab: PageTab, session: ReviewSession, show_panels: Callable[[], None]) -> None:
-        """No drive is open yet.
+        """Begin without an open drive.
 
         Args:
-            tab: whose desk it is.
+            tab: the tab of the desk.
             session: what all tabs share.
-            show_panels: brings the panels to the place and what is said there.
+            show_panels: updates the panels.
         """
         self._client, self._run, self._notify = tab.client, tab.run, tab.notify
         self._session = session
@@ -64,7 +64,7 @@ class Desk:
     # Drives
 
     def show_list(self) -> None:
-        """Back to the list of the folder's drives."""
+        """Go back to the list of drives."""
         if self._session.folder.several:
             self._close_drive()
 
@@ -77,10 +77,10 @@ class Desk:
         self.refresh()
 
     def open_at(self, text: str) -> None:
-        """Open a drive at its worst moment, or at what follows its name: `#<event>` or `@<seconds>`.
+        """Open a drive at its worst moment, or at the place after its name: `#<event>` or `@<seconds>`.
 
         Raises:
-            UserError: there is no such drive, or it is damaged; then it is not left half open.
+            UserError: there is no such drive, or it is damaged; it is not left half open.
         """
         name, event, moment_s = parse_place(text)
         if not self._session.folder.several:
@@ -99,13 +99,13 @@ class Desk:
             raise
 
     def follow(self) -> None:
-        """Go on with the open drive, and the run beside it, as their logs stand by now."""
+        """Update the open drive, and the run that it is compared with, from their logs."""
         if self.place.drive is not None:
             self._follow_drive(self.place.drive)
             self.runs.follow()
 
     def _follow_drive(self, before: Drive) -> None:
-        """Go on with the open drive where it has grown or is another one."""
+        """Update the open drive if its log has grown or was replaced."""
         place, drive = self.place, self._session.current(before.name)
         if drive is before:
             return
@@ -123,7 +123,7 @@ class Desk:
             self.go_to(drive.last_row)  # who looks at the end keeps looking at the end
 
     def _focus_left(self, name: str) -> None:
-        """Have the keys of the list go on from the drive, or the moment, that is left."""
+        """Put the focus of the list on the drive, or the moment, that is left."""
         row = f"{name}#{self.place.selected}" if self.place.asked.listed is Listed.MOMENTS else name
         run_script(self._client, f"window.fcwChannel.row = {json.dumps(row)};")
 
@@ -138,11 +138,11 @@ class Desk:
     # Moments
 
     def go_to_time(self, time_s: float) -> None:
-        """Show the frame of a moment."""
+        """Show the frame at a time."""
         self.go_to(self.place.opened.row_at(time_s))
 
     def go_to(self, row: int) -> None:
-        """Show a frame; of several asked for at once only the last one is read."""
+        """Show a frame; of several requests at once, only the last one is read."""
         self.playing.stop()
         waits = self._wanted_row is not None
         self._wanted_row = min(max(row, 0), self.place.opened.last_row)
@@ -150,53 +150,53 @@ class Desk:
             self._run(self._load_wanted)
 
     def step(self, frames: int) -> None:
-        """Go on or back by so many frames, from the one asked for last."""
+        """Go forward or back by so many frames from the one requested last."""
         self.go_to((self.place.row if self._wanted_row is None else self._wanted_row) + frames)
 
     def skip(self, seconds: float) -> None:
-        """Go on or back by so much time."""
+        """Go forward or back by so much time."""
         self.go_to_time(self.place.time_s + seconds)
 
     def select_event(self, number: int) -> None:
-        """Show an event at its worst moment; it is the one that is judged."""
+        """Select an event, and show its worst moment."""
         self.place.selected = number
         self.go_to_time(self.place.opened.events[number].peak_s)
 
     def next_event(self, forward: bool) -> None:
-        """The next event by time, or the one before."""
+        """Select the next event by time, or the one before."""
         self.select_event(self.place.next_event(forward))
 
     def next_listed(self, forward: bool) -> None:
-        """The next event of the list as it is sorted, or the one before."""
+        """Select the next event of the sorted list, or the one before."""
         self.select_event(self.place.next_listed(forward))
 
     def sort(self, by_time: bool) -> None:
-        """List the events in another order."""
+        """Change the order of the event list."""
         self.place.by_time = by_time
         self.refresh()
 
     # A range of the drive
 
     def mark_start(self, time_s: float | None = None) -> None:
-        """Have the marked range start at a moment, by default at the one that is shown."""
+        """Start the marked range at a time, by default at the one that is shown."""
         self.place.mark(start_s=self.place.time_s if time_s is None else time_s)
         self.refresh()
 
     def mark_end(self, time_s: float | None = None) -> None:
-        """Have the marked range end at a moment, by default at the one that is shown."""
+        """End the marked range at a time, by default at the one that is shown."""
         self.place.mark(end_s=self.place.time_s if time_s is None else time_s)
         self.refresh()
 
     # From one unjudged event to the next
 
     def ask(self, asked: DriveFilter) -> None:
-        """List other drives and events."""
+        """Change the filter of drives and events."""
         self.place.asked = asked
         note_in_address(self._client, "asked", asked.kept_text)
         self.refresh()
 
     def next_unjudged(self) -> None:
-        """Show the next event, of what is asked for, that nobody has judged; in this drive or another one.
+        """Show the next filtered event that nobody has judged, in this drive or another one.
 
         Raises:
             UserError: there is none.
@@ -214,18 +214,18 @@ class Desk:
             self.open_at(f"{found[0]}#{found[1]}")
 
     def switch_goes_on(self) -> None:
-        """Have a verdict lead to the next unjudged event, or not."""
+        """Switch whether a verdict leads to the next unjudged event."""
         self.place.goes_on = not self.place.goes_on
         self.refresh()
 
     def judge(self, judgement: Judgement) -> None:
-        """Give a verdict on the selected event, and go on where that is wished."""
+        """Give a verdict on the selected event, and go on to the next one if that is switched on."""
         self.annotating.judge(judgement)
         if self.place.goes_on and self.annotating.own_verdict is not None:
             self.next_unjudged()
 
     def undo(self) -> None:
-        """Take back what was said last in this tab, in the drive of which it was said."""
+        """Undo the last step of this tab, in the drive that it belongs to."""
         name = self.annotating.last_drive
         if name is not None and self.place.drive is not None and name != self.place.drive.name:
             self.open_at(place_text(name))
@@ -234,17 +234,17 @@ class Desk:
     # Words
 
     def keep_note(self, text: str) -> None:
-        """Keep a note on the moment; its field is emptied only then."""
+        """Store a note on the moment, and then clear its field."""
         self.annotating.add_note(text)
         empty_element(self._client, NOTE_ID, text)
 
     def type_note(self) -> None:
-        """Put the cursor in the field of a note, for the list of commands; the browser hears the key."""
+        """Put the cursor into the field for a note, for the command palette; the browser handles the key."""
         self.place.opened  # noqa: B018 - raises where no drive is open
         focus_element(self._client, NOTE_ID)
 
     def escape(self) -> None:
-        """Put the tool away, and stop."""
+        """Put the tool away, and stop playing."""
         self.playing.stop()
         if self.boxes.active:
             self.screen.switch_boxes()
@@ -255,7 +255,7 @@ class Desk:
             self.refresh()
 
     def refresh(self) -> None:
-        """Show everything but the picture anew."""
+        """Update everything except the picture."""
         with self._client.atomic():
             self.screen.refresh()
             if self.place.drive is not None:
@@ -265,19 +265,19 @@ class Desk:
     # What playing asks for
 
     def before_playing(self) -> None:
-        """Frames follow each other from now on: nobody corrects boxes in them."""
+        """Prepare for playing: boxes are not corrected while frames follow each other."""
         self.screen.leave_boxes()
 
     def turn_to(self, row: int, played: bool) -> None:
-        """Show a frame now, and what follows from it."""
+        """Show a frame, and update everything that depends on it."""
         self.screen.turn_to(row, played)
 
     def speed_changed(self) -> None:
-        """It plays or not, or faster than before."""
+        """Update the page after playing started, stopped or changed its speed."""
         self.screen.show_bar()
 
     def after_playing(self, trouble: str) -> None:
-        """Playing has ended: the present picture again in full quality."""
+        """Show the present picture again in full quality after playing has ended."""
         if trouble:
             self._notify(trouble, trouble=True)
         if self._wanted_row is None:
@@ -294,5 +294,5 @@ class Desk:
         self._note_address(moment_text(self.place.opened.name, self.place.time_s))
 
     def _note_address(self, text: str) -> None:
-        """Keep the place in the page's address."""
+        """Write the place into the address of the page."""
         note_in_address(self._client, "at", text)

@@ -1,4 +1,4 @@
-"""A drive log as the page reads it: its columns and events at once, pictures and results by the index."""
+"""Reads a drive log for the page: columns and events at once, pictures and results when needed."""
 
 import logging
 import math
@@ -25,15 +25,15 @@ LOGGER = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A drive that is open; for several threads at once.
+    """An open drive; thread-safe.
 
     Attributes:
-        name: what a person calls it.
+        name: its name on the page.
         log: its log.
-        watch: whether the log's file is still that.
-        series: the log's columns, at least one row.
-        events: in the order of their times.
-        origin: the same object for a drive and what it has grown to.
+        watch: checks whether the file of the log is still the same.
+        series: the columns of the log, with at least one row.
+        events: its events by time.
+        origin: an object that stays the same while the drive grows.
     """
 
     name: str
@@ -45,18 +45,18 @@ class Drive:
 
     @classmethod
     def open(cls, name: str, path: Path) -> "Drive":
-        """Read what is read at once.
+        """Open a drive, and read its columns and events.
 
         Raises:
-            UserError: the file is no drive log, is damaged, or holds no frame.
+            UserError: the file is not a drive log, is damaged, or contains no frame.
         """
         return cls._of(name, DriveLog(path), object())
 
     def grown(self) -> "Drive":
-        """The same drive as its log stands now; only what is new is read.
+        """The drive with the present content of its log; only what is new is read.
 
         Raises:
-            UserError: the log cannot be read any more.
+            UserError: the log can no longer be read.
         """
         return self._of(self.name, self.log.grown(), self.origin)
 
@@ -71,12 +71,12 @@ class Drive:
 
     @property
     def header(self) -> DriveHeader:
-        """What the log was opened with."""
+        """The header of the log."""
         return self.log.header
 
     @property
     def complete(self) -> bool:
-        """False where the program that wrote the log was killed."""
+        """False if the program that wrote the log was killed."""
         return self.log.complete
 
     @property
@@ -86,17 +86,17 @@ class Drive:
 
     @property
     def zero_utc_ns(self) -> int | None:
-        """What the first frame's time is in UTC, in nanoseconds since 1970; None where nothing says so."""
+        """Time of the first frame in UTC, in nanoseconds since 1970; None if it is not known."""
         return self.header.begun_utc_ns(self.first_ns)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What the run that wrote the log told of the drive."""
+        """Notes about the drive from the run that wrote the log."""
         return notes_of_run(self.log.path)
 
     @cached_property
     def track(self) -> GpxTrack | None:
-        """Where it went; None where its own speed came from no GPX track."""
+        """Where the car went; None if the own speed did not come from a GPX track."""
         try:
             return self.log.track()
         except UserError as error:
@@ -118,13 +118,13 @@ class Drive:
         return (int(self.series.time_ns[row]) - self.first_ns) / NS_PER_S
 
     def row_at(self, time_s: float) -> int:
-        """Row of the frame shown at a time; the first or the last one beyond the ends."""
+        """Row of the frame at a time; the first or the last one beyond the ends."""
         if not math.isfinite(time_s):
             return 0
         return self.series.row_at(self.first_ns + round(time_s * NS_PER_S))
 
     def rows_between(self, start_s: float, end_s: float) -> slice:
-        """Rows of a range of time, with the one before and the one after, so that lines reach its edges."""
+        """Rows of a time range, plus one before and one after, so that lines reach its edges."""
         times_ns = self.series.time_ns
         start, end = (self.first_ns + round(time_s * NS_PER_S) for time_s in (start_s, end_s))
         first = int(np.searchsorted(times_ns, start)) - 1
@@ -140,7 +140,7 @@ class Drive:
         return LogPictures(self.log)
 
     def worst_event(self) -> int | None:
-        """Number of the most severe event; None where there is none."""
+        """Number of the most severe event; None if there is none."""
         ranked = by_severity(self.events)
         return ranked[0] if ranked else None
 
@@ -169,7 +169,7 @@ def utc_text(utc_ns: int, date: bool) -> str:
 
 
 def duration_text(duration_s: float) -> str:
-    """How long something is: 40 s, 12 min, 1.5 h."""
+    """A duration in words: 40 s, 12 min, 1.5 h."""
     if duration_s < 100:
         return f"{duration_s:.0f} s"
     if duration_s < 5400:

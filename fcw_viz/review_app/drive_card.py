@@ -1,4 +1,4 @@
-"""What the list of drives says of each."""
+"""What the list of drives shows about each drive."""
 
 import base64
 import logging
@@ -21,26 +21,26 @@ LOGGER = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveCard:
-    """What the folder list says of a drive.
+    """What the list shows about a drive.
 
     Attributes:
-        name: of the drive.
+        name: name of the drive.
         path: its log.
         duration_s: from its first frame to its last.
-        events: by time.
-        complete: False where the program that wrote it was killed.
-        imperial: units of its words.
-        review: what people said of it.
+        events: its events by time.
+        complete: False if the program that wrote it was killed.
+        imperial: whether its words use imperial units.
+        review: its review.
         judged: the events with their verdicts.
         thumbnail: its worst moment, a JPEG in base 64; empty before it was read.
-        trouble: why it cannot be read; empty where it can.
+        trouble: why it cannot be read; empty if it can.
         review_troubles: what is wrong with the files of its review.
-        read: False before it was looked at.
-        source: of which it is a run; empty before it was read.
-        camera: the folder of its source, as a batch noted it; empty where none did.
-        begun_utc_ns: its first frame, in UTC since 1970; None where its source does not say it.
-        notes: what a person should know of it, as its run or its batch told.
-        file: the path of its source, as a batch noted it; empty where none did.
+        read: False before it was read.
+        source: the source that was run; empty before it was read.
+        camera: folder of its source according to a batch; empty if there was none.
+        begun_utc_ns: time of its first frame in UTC, since 1970; None if its source does not state it.
+        notes: notes for the user from its run or its batch.
+        file: path of its source according to a batch; empty if there was none.
     """
 
     name: str
@@ -63,29 +63,28 @@ class DriveCard:
 
     @property
     def date(self) -> str:
-        """The day on which it began, in UTC: 2026-11-20; empty where that is not known."""
+        """The day on which it began, in UTC: 2026-11-20; empty if not known."""
         return "" if self.begun_utc_ns is None else utc_text(self.begun_utc_ns, True).partition(" ")[0]
 
     @property
     def severity(self) -> float:
-        """Of its worst event; below 0 where there is none."""
+        """Severity of its worst event; below 0 if there is none."""
         return max((event.severity for event in self.events), default=-1.0)
 
 
 def list_key(card: DriveCard) -> tuple[bool, bool, float, int, str]:
-    """The order of the list: drives not read yet come last, before them those that cannot be read; the worst
-    is first."""
+    """Sorts the list: the worst drive first, then those that cannot be read, then those not read yet."""
     return not card.read, bool(card.trouble), -card.severity, -len(card.events), card.name
 
 
 def read_card(name: str, path: Path, drive: Drive | None = None, thumbnail: str = "") -> DriveCard:
-    """Read a drive for the list, but not its picture; its card says so where it cannot be read.
+    """Read a drive for the list, without its picture; if it cannot be read, the card says why.
 
     Args:
-        name: of the drive.
+        name: name of the drive.
         path: its log.
-        drive: the same, where it is open; else it is opened.
-        thumbnail: its picture, where it is known.
+        drive: the drive if it is open; else it is opened.
+        thumbnail: its picture, if it is known.
     """
     try:
         drive = drive or Drive.open(name, path)
@@ -103,9 +102,9 @@ def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: st
 
     Args:
         drive: the drive.
-        review: what people said of it.
-        troubles: of the files of its review.
-        thumbnail: its picture, where it is known.
+        review: its review.
+        troubles: messages about the files of its review.
+        thumbnail: its picture, if it is known.
     """
     judged, lost = judged_events(review, drive.events)
     record = read_record(drive.log.path.with_name(RECORD_NAME))
@@ -129,10 +128,10 @@ def card_of(drive: Drive, review: Review, troubles: Sequence[str], thumbnail: st
 
 
 def review_troubles(troubles: Sequence[str], lost: int) -> tuple[str, ...]:
-    """What a reviewer should know of the files of a review.
+    """Messages about the files of a review for the reviewer.
 
     Args:
-        troubles: what was found when they were read.
+        troubles: messages from reading them.
         lost: number of verdicts whose event is not in the log.
     """
     if not lost:
@@ -142,7 +141,7 @@ def review_troubles(troubles: Sequence[str], lost: int) -> tuple[str, ...]:
 
 
 def read_thumbnail(name: str, path: Path) -> str:
-    """The picture of a drive's card; empty where there is none."""
+    """The picture for the card of a drive; empty if there is none."""
     try:
         return _thumbnail(Drive.open(name, path))
     except UserError:
@@ -153,7 +152,7 @@ def read_thumbnail(name: str, path: Path) -> str:
 
 
 def _thumbnail(drive: Drive) -> str:
-    """The picture of a drive's worst moment, or of its middle; empty where it is missing."""
+    """The picture of a drive's worst moment, or of its middle; empty if it is missing."""
     worst = drive.worst_event()
     moment_s = drive.duration_s / 2 if worst is None else drive.events[worst].peak_s
     pictures = drive.pictures()
@@ -167,7 +166,7 @@ def _thumbnail(drive: Drive) -> str:
 
 
 def listed_card(name: str, path: Path, listed: ListedDrive) -> DriveCard:
-    """The card of a drive of a batch, by what the batch wrote of it; what people say of it is read anew."""
+    """The card of a drive of a batch, from the batch's own list; the review is read again."""
     try:
         review, troubles = read_review(DriveLog(path)) if review_files(path) else (Review(), ())
     except UserError as error:

@@ -1,4 +1,4 @@
-"""The drives that a page serves, as its list shows them, and what becomes of them meanwhile."""
+"""The drives that a page serves: their list, which is kept up to date."""
 
 import math
 import threading
@@ -17,24 +17,25 @@ from fcw_viz.review_app.drive import Drive
 from fcw_viz.review_app.drive_card import DriveCard, list_key, listed_card, read_card, read_thumbnail
 
 LOOK_S = 1.0
-"""How often it is checked what has changed."""
+"""How often the folder is checked for changes."""
 TOLD_S = 0.8
-"""A list that is being read is shown anew so often; each time costs the browser tens of milliseconds."""
+"""Interval at which the list is updated while it is read; each update takes the browser tens of
+milliseconds."""
 PICTURES_S = 2.0
-"""Pictures are read for so long before it is looked again what has changed."""
+"""How long pictures are read before the folder is checked again."""
 
 _Stamp = tuple[tuple[str, int, int], ...]
 
 
 class Folder:
-    """The list of drives; every method may be called from any thread."""
+    """The list of drives; thread-safe."""
 
     def __init__(self, drives: Mapping[str, Path], root: Path | None, publish: Callable[[], None]) -> None:
-        """Nothing is read before `start`.
+        """Make the list; nothing is read before `start`.
 
         Args:
-            drives: the logs by their names.
-            root: the folder that they were found in, where new ones may come; None for no such.
+            drives: the logs by name.
+            root: the folder in which they were found, where new ones may appear; None if there is none.
             publish: called when the list has changed.
         """
         self._drives, self._root, self._publish = dict(drives), root, publish
@@ -50,7 +51,7 @@ class Folder:
         self._thread = threading.Thread(target=self._follow, name="folder", daemon=True)
 
     def start(self) -> None:
-        """Read the drives, and follow what changes, in a thread."""
+        """Read the drives and follow changes, in a thread."""
         self._thread.start()
 
     def close(self) -> None:
@@ -61,13 +62,13 @@ class Folder:
 
     @property
     def drives(self) -> dict[str, Path]:
-        """The logs by their names."""
+        """The logs by name."""
         with self._lock:
             return dict(self._drives)
 
     @property
     def several(self) -> bool:
-        """Whether there is a list to choose from, or may be one."""
+        """Whether there are several drives, or may be later."""
         return self._root is not None or len(self._drives) > 1
 
     @property
@@ -78,24 +79,24 @@ class Folder:
 
     @property
     def unfinished(self) -> tuple[Record, ...]:
-        """Drives of the batch, if it is one, that are not done, by their names."""
+        """Unfinished drives by name, if the folder is that of a batch."""
         with self._lock:
             return self._unfinished
 
     @property
     def unread(self) -> int:
-        """How many drives have still to be read for the list."""
+        """How many drives have not been read yet."""
         with self._lock:
             return len(self._unread)
 
     def thumbnail(self, name: str) -> str:
-        """The picture of a drive's card; empty before it was read."""
+        """The picture for the card of a drive; empty before it was read."""
         with self._lock:
             card = self._cards.get(name)
             return "" if card is None else card.thumbnail
 
     def put(self, card: DriveCard) -> None:
-        """Show another card of a drive."""
+        """Replace the card of a drive."""
         with self._lock:
             if card.name in self._cards:
                 self._cards[card.name] = card
@@ -124,9 +125,9 @@ class Folder:
             self._stop.wait(LOOK_S)
 
     def _add_pictures(self) -> None:
-        """Give cards their pictures, those at the top of the list first, for as long as nothing has changed.
+        """Add pictures to the cards, from the top of the list, until something has changed.
 
-        All cards are read before the first picture is: the list is in its order, and can be searched, soon.
+        All cards are read before the first picture, so that the list is soon sorted and can be searched.
         """
         told_s, changed = time.monotonic(), False
         end_s = told_s + PICTURES_S
@@ -148,7 +149,7 @@ class Folder:
             self._publish()
 
     def _take_list(self, root: Path) -> None:
-        """Show what a batch wrote of its drives, at once; whatever changes later is read as of any drive."""
+        """Show the list that a batch wrote, at once; later changes are read as for any drive."""
         listed = read_review_list(root)
         for name, path in self.drives.items():
             one = listed.get(path)
@@ -164,7 +165,7 @@ class Folder:
             self._publish()
 
     def _find(self) -> bool:
-        """Add drives that have come, leave out those that have gone; whether there are any."""
+        """Add new drives and remove those that are gone; returns whether there are any."""
         if self._root is None:
             return False
         try:
@@ -181,7 +182,7 @@ class Folder:
                 self._pictured.discard(name)
                 self._unread.discard(name)
             for wanted, path in new.items():
-                # Those that are there keep their names, which stand in the addresses of open pages.
+                # Known drives keep their names, which are part of the addresses of open pages.
                 name, number = wanted, 2
                 while name in self._drives:
                     name, number = f"{wanted} ({number})", number + 1
@@ -191,7 +192,7 @@ class Folder:
         return bool(new or gone)
 
     def _find_unfinished(self) -> bool:
-        """Look which drives a batch has not done; whether they are others than before."""
+        """Find the unfinished drives of a batch; returns whether they have changed."""
         if self._root is None:
             return False
         try:
@@ -207,7 +208,7 @@ class Folder:
         return self._unfinished != before
 
     def _read(self, name: str, path: Path) -> None:
-        """Read a drive's card; of one that is being written only what is new."""
+        """Read the card of a drive; if it is still being written, only what is new is read."""
         drive = self._growing.pop(name, None)
         try:
             drive = Drive.open(name, path) if drive is None or _is_other(drive, path) else drive.grown()
@@ -225,7 +226,7 @@ class Folder:
 
 
 def _stamp(path: Path) -> _Stamp:
-    """By which it is noticed that a drive or what is said of it has changed."""
+    """A stamp that shows whether a drive or its review has changed."""
     try:
         states = [(file.name, file.stat()) for file in (path, *review_files(path))]
     except (OSError, UserError):

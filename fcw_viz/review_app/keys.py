@@ -1,4 +1,4 @@
-"""The keys of the page: each does what some button does, and stands in the command palette."""
+"""The keys of the page; each does the same as a button, and is listed in the command palette."""
 
 from collections.abc import Callable
 from functools import partial
@@ -9,15 +9,15 @@ from fcw_viz.review_app.words import JUDGEMENT_KEYS
 
 SKIP_S = 1.0
 ARROWS = {"arrowleft": (-1, 0), "arrowright": (1, 0), "arrowup": (0, -1), "arrowdown": (0, 1)}
-"""Keys with the pixels to the right and down that they stand for."""
+"""Keys with the direction in pixels to the right and down."""
 
 
 def all_keys(desk: Desk, switch_goes_on: Callable[[], object]) -> list[Key]:
-    """Every key of the page, at one desk.
+    """All keys of the page.
 
     Args:
-        desk: what they work on.
-        switch_goes_on: has a verdict lead to the next event, or not.
+        desk: the desk that they control.
+        switch_goes_on: switches whether a verdict leads to the next event.
     """
     return [
         Key("Play or pause", "space", None, desk.playing.toggle),
@@ -127,4 +127,4 @@ LIST_ROWS = (
     ("Tab", "filters, drives"),
     ("Ctrl K", "all commands"),
 )
-"""What keys do while the list of drives is seen."""
+"""What keys do while the list of drives is shown."""

@@ -1,4 +1,4 @@
-"""Where somebody is: in which of the drives, at which frame, and at which event."""
+"""The place of a tab: its drive, frame and event."""
 
 from collections.abc import Sequence
 
@@ -10,26 +10,26 @@ from fcw_viz.review_app.session import DriveReview, ReviewSession
 from fcw_viz.review_app.triage.drive_filter import DriveFilter
 
 LEAD_IN_S = 2.0
-"""An event is played from so long before it, and whoever is so near to it is still at it."""
+"""An event is played from so long before it, and a moment so near before it belongs to it."""
 MOST_LISTED = 200
-"""Of a long list the worst ones; the time line has them all."""
+"""Largest number of events in the list, the worst ones; the time line shows all of them."""
 NOTED_DECIMALS = 3
-"""Of the seconds in the page's address."""
+"""Decimals of the seconds in the address of the page."""
 
 
 class Place:
-    """Where the person of one tab is.
+    """The place and the choices of one tab.
 
     Attributes:
         session: what all tabs share.
-        drive: that is open; None where the list of drives is seen.
-        row: the frame that is shown.
-        selected: number of the event that is judged; None for none.
-        by_time: the order of the event list.
-        asked: which drives and events they want to see.
-        marked: a range of the drive that somebody has marked, in seconds; None for none.
+        drive: the open drive; None while the list of drives is shown.
+        row: row of the frame that is shown.
+        selected: number of the selected event; None for none.
+        by_time: whether the event list is sorted by time.
+        asked: the filter of drives and events.
+        marked: the marked range of the drive in seconds; None for none.
         goes_on: whether a verdict leads to the next unjudged event.
-        plots: which curves they want to see.
+        plots: the chosen curves.
     """
 
     def __init__(self, session: ReviewSession) -> None:
@@ -45,10 +45,10 @@ class Place:
 
     @property
     def opened(self) -> Drive:
-        """The drive that is open.
+        """The open drive.
 
         Raises:
-            UserError: none is.
+            UserError: no drive is open.
         """
         if self.drive is None:
             raise UserError("open a drive first: click one in the list, or press ↓ and Enter there")
@@ -56,7 +56,7 @@ class Place:
 
     @property
     def review(self) -> DriveReview:
-        """What is said of the open drive by now."""
+        """The present review of the open drive."""
         return self.session.review(self.opened.name, self.opened)
 
     @property
@@ -70,7 +70,7 @@ class Place:
         return self.opened.time_s(self.row)
 
     def enter(self, drive: Drive, event: int | None, moment_s: float | None) -> None:
-        """Go to an event of a drive, else to a moment of it, else to its worst event."""
+        """Go to an event of a drive or, if not given, to a time in it, or else to its worst event."""
         self.drive = drive
         if event is None and moment_s is None:
             event = drive.worst_event()
@@ -83,7 +83,7 @@ class Place:
         self.follow_event()
 
     def turn_to(self, drive: Drive) -> None:
-        """Be at the same moment and event of a drive that has grown, or is another one."""
+        """Go to the same time and event of a drive that has grown or was replaced."""
         time_s, selected = self.time_s, self.selected
         event = None if selected is None else reference_to(self.opened.events[selected])
         self.drive = drive
@@ -95,12 +95,12 @@ class Place:
         self.selected = None if event is None else find_event(event, drive.events)
 
     def leave(self) -> None:
-        """Be in no drive."""
+        """Leave the drive."""
         self.drive = self.selected = self.marked = None
         self.plots.leave_drive()
 
     def mark(self, start_s: float | None = None, end_s: float | None = None) -> None:
-        """Move an end of the marked range; over the other end it takes that along."""
+        """Move an end of the marked range; beyond the other end, it moves that too."""
         duration_s = self.opened.duration_s
         before = self.marked or (self.time_s, self.time_s)
         if start_s is not None:
@@ -111,7 +111,7 @@ class Place:
             self.marked = min(before[0] if self.marked else 0.0, end_s), end_s
 
     def follow_event(self) -> bool:
-        """Select the event that the moment is in, the worst of several; whether that is another one."""
+        """Select the worst event at this time; returns whether the selection has changed."""
         if self._near_selected():
             return False
         events, time_s = self.opened.events, self.time_s
@@ -122,7 +122,7 @@ class Place:
         return True
 
     def next_event(self, forward: bool) -> int:
-        """Number of the next event by time, or of the one before.
+        """The number of the next event by time, or of the one before.
 
         Raises:
             UserError: there is none.
@@ -138,7 +138,7 @@ class Place:
         return _nearest(order, index)
 
     def next_listed(self, forward: bool) -> int:
-        """Number of the next event of the list as it is sorted, or of the one before.
+        """The number of the next event in the sorted list, or of the one before.
 
         Raises:
             UserError: there is none.
@@ -149,7 +149,7 @@ class Place:
         return _nearest(order, order.index(self.selected) + (1 if forward else -1))
 
     def _near_selected(self) -> bool:
-        """Whether the moment is in the selected event, or at it."""
+        """Whether the time is in the selected event, or just before it."""
         if self.selected is None:
             return False
         event = self.opened.events[self.selected]
@@ -157,23 +157,23 @@ class Place:
 
 
 def list_order(events: Sequence[JudgedEvent], by_time: bool) -> list[int]:
-    """Numbers of the events as they are listed."""
+    """Numbers of the events in the order of the list."""
     ranked = by_severity(tuple(judged.event for judged in events))[:MOST_LISTED]
     return sorted(ranked) if by_time else ranked
 
 
 def place_text(name: str, event: int | None = None) -> str:
-    """What `parse_place` takes for a drive, whatever signs its name has, or for an event of it."""
+    """The text that `parse_place` reads as a drive, with any characters in its name, or an event of it."""
     return f"{name}#{'' if event is None else event}"
 
 
 def moment_text(name: str, moment_s: float) -> str:
-    """What `parse_place` takes for a moment of a drive, as the page's address notes it."""
+    """The text that `parse_place` reads as a time of a drive, as in the address of the page."""
     return f"{name}@{moment_s:.{NOTED_DECIMALS}f}"
 
 
 def parse_place(text: str) -> tuple[str, int | None, float | None]:
-    """The drive, and the event (`#<number>`) or the moment (`@<seconds>`), that a text names."""
+    """The drive that a text names, with the event (`#<number>`) or the time (`@<seconds>`)."""
     name, sign, rest = text.rpartition("@")
     if sign:
         try:

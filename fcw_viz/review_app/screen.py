@@ -1,4 +1,4 @@
-"""What a tab shows of its drive: the picture, and under it the strip with the time line and the plots."""
+"""What a tab shows of its drive: the picture, and under it a strip with the time line and the plots."""
 
 import json
 import threading
@@ -29,24 +29,24 @@ from fcw_viz.review_app.time.playing import DRAWN_PATIENCE_S, Playing
 from fcw_viz.review_app.time.strip import DEFAULT_WINDOW, WINDOWS_S, Strip, StripLayout
 
 FIRST_LAYOUT = StripLayout(1040.0, 300.0)
-"""Of the strip before the browser has told its size."""
+"""Layout of the strip before the browser has sent its size."""
 STILL_QUALITY, PLAYED_QUALITY = 95, 80
-"""Of the JPEGs; a played picture has half the bytes of one that is looked at."""
+"""JPEG qualities; a played picture has half the bytes of a still one."""
 PAGE_AT, PAGE_TO = 0.95, 0.08
-"""Parts of the plots' width: played to the first, they go on with the moment at the second."""
+"""When playing reaches the first part of the plots' width, they move so that it is at the second part."""
 OTHER_RUN_COLOR: Rgb = (255, 121, 0)
 PANELS_S = 0.4
 """While the drive plays the panel at the right follows in such steps."""
 
 
 class Screen:
-    """Picture and strip of one tab, in its thread.
+    """Picture and strip of one tab; used only in the thread of the tab.
 
     Attributes:
-        birds_eye: the picture's drive from above.
-        hover: what there is to know of the vehicle under the mouse.
+        birds_eye: the view from above.
+        hover: details of the vehicle under the mouse.
         overlay_shown: whether anything is drawn over the picture.
-        result: what the log says of the frame that is shown; None before there is one.
+        result: result of the frame that is shown; None before there is one.
         window_name: how much of the drive the plots show, one of `WINDOWS_S`.
     """
 
@@ -79,7 +79,7 @@ class Screen:
         self.window_name = DEFAULT_WINDOW
 
     def open(self, drive: Drive, pictures: FramePictures) -> None:
-        """Begin with a drive and its pictures, at the place's row."""
+        """Show a drive with its pictures, at the row of the place."""
         self._frames = pictures
         self._signals = FrameSignals(drive.log, self._signals_came)
         self._tab.view.set_size(drive.header.image_size)
@@ -89,7 +89,7 @@ class Screen:
         self._strip.show_frame()
 
     def turn_to_drive(self, drive: Drive, goes_on: bool) -> None:
-        """Go on at the place's row with a drive that has grown (it goes on), or is another one."""
+        """Show a drive that has grown (`goes_on`) or was replaced, at the row of the place."""
         if self._frames is not None:
             self._frames.close()
         self._frames = FramePictures(drive)
@@ -104,7 +104,7 @@ class Screen:
         self._show_strip()
 
     def close(self) -> None:
-        """Let go of the drive, and show nothing."""
+        """Close the drive, and show nothing."""
         self.birds_eye.come_back()
         for reader in (self._frames, self._signals):
             if reader is not None:
@@ -114,14 +114,14 @@ class Screen:
         self._strip.hide()
 
     def stop_reading(self) -> None:
-        """End the thread that reads signals; from whichever thread."""
+        """End the thread that reads signals; may be called from any thread."""
         if self._signals is not None:
             self._signals.close()
 
     # What is chosen
 
     def set_window(self, name: str) -> None:
-        """How much of the drive the plots show."""
+        """Choose how much of the drive the plots show."""
         if name in WINDOWS_S:
             self.window_name = name
             self._center_window()
@@ -129,17 +129,17 @@ class Screen:
             self.show_bar()
 
     def next_window(self, wider: bool) -> None:
-        """A wider or a narrower window."""
+        """Choose the next wider or narrower window."""
         names = list(WINDOWS_S)
         index = names.index(self.window_name) + (1 if wider else -1)
         self.set_window(names[min(max(index, 0), len(names) - 1)])
 
     def switch_height(self) -> None:
-        """Higher plots under a lower picture, or as before."""
+        """Switch between higher plots under a lower picture and the usual heights."""
         run_script(self._tab.client, "window.fcwTaller();")
 
     def choose_plots(self) -> None:
-        """Other curves have been chosen."""
+        """Show the curves that were chosen."""
         kept = json.dumps(self._place.plots.kept_text())
         run_script(self._tab.client, f"localStorage.setItem('fcwPlots', {kept});")
         if self._place.drive is not None:
@@ -147,12 +147,12 @@ class Screen:
             self._show_panels()
 
     def switch_overlay(self) -> None:
-        """The picture with all that is drawn over it, or bare."""
+        """Switch everything that is drawn over the picture on or off."""
         self.overlay_shown = not self.overlay_shown
         self.show_picture()
 
     def switch_birds_eye(self) -> None:
-        """The drive from above, or its picture again."""
+        """Switch between the view from above and the picture."""
         self._place.opened  # noqa: B018 - raises where no drive is open
         self.leave_boxes()
         self.birds_eye.toggle()
@@ -160,13 +160,13 @@ class Screen:
         self.show_bar()
 
     def leave_boxes(self) -> None:
-        """Correct no boxes any more, and turn back to the panel's tab from which that was begun."""
+        """Stop correcting boxes, and go back to the tab of the panel that was open before."""
         if self._boxes.active:
             self._boxes.stop()
             turn_back(self._tab.client, BOXES)
 
     def switch_boxes(self) -> None:
-        """Correct the boxes of the frame that is shown, or no longer."""
+        """Start or stop correcting the boxes of the frame that is shown."""
         if self._boxes.active:
             self.leave_boxes()
         else:
@@ -179,7 +179,7 @@ class Screen:
         self._show_panels()
 
     def resized(self, about: str) -> None:
-        """The browser has told an element's size."""
+        """Take the size of an element from the browser."""
         layout = StripLayout.parse(about)
         if layout is not None and layout != self._layout:
             self._layout = layout
@@ -190,15 +190,15 @@ class Screen:
     # What is shown
 
     def refresh(self) -> None:
-        """Show everything but the picture anew."""
-        # The ground's size and colours come with the panels: they are first.
+        """Update everything except the picture."""
+        # Panels come first, because they set the size and colours of the ground.
         self._show_panels()
         if self._place.drive is not None:
             self._show_strip()
             self.show_bar()
 
     def turn_to(self, row: int, played: bool = False) -> None:
-        """Show a frame now, and what follows from it."""
+        """Show a frame, and update everything that depends on it."""
         self._place.row = row
         followed = self._place.follow_event()
         with self._tab.client.atomic():
@@ -207,7 +207,7 @@ class Screen:
         self._tab.client.flush()
         now_s = time.monotonic()
         if not self._playing.now:
-            # The eye is on the picture: the browser does nothing else before it is drawn.
+            # People look at the picture, so the browser draws it before anything else.
             self._rest_waits = True
             patience = threading.Timer(DRAWN_PATIENCE_S, self._tab.run, [self._show_rest])
             patience.daemon = True
@@ -220,17 +220,17 @@ class Screen:
             self._follow()
 
     def drawn(self) -> None:
-        """The browser has drawn a picture."""
+        """Note that the browser has drawn a picture."""
         self._playing.drawn()
         self._show_rest()
 
     def show_picture(self, quality: int = STILL_QUALITY) -> None:
-        """The picture of the place's row."""
+        """Show the picture of the present row."""
         if self._frames is None:
             return
         row = self._place.row
         result = self.result = self._frames.result(row)
-        # Boxes that are corrected stand over a bare picture.
+        # Boxes are corrected on a picture with nothing else drawn over it.
         drawn = result if self.overlay_shown and not self._boxes.active else None
         image, trouble = self._frames.image(row, drawn)
         if trouble:
@@ -245,7 +245,7 @@ class Screen:
         self._other_lead.show(self._other_line(row))
 
     def _other_line(self, row: int) -> list[LabelledLine]:
-        """The lead of the run that is compared with."""
+        """The line for the lead of the other run."""
         other, other_row = self._runs.other, self._runs.row_at(row)
         if other is None or other_row is None or self.birds_eye.active or not self.overlay_shown:
             return []
@@ -256,7 +256,7 @@ class Screen:
         return [box_line(lead.box, OTHER_RUN_COLOR, text, above=False)]  # the shown run's words are above
 
     def show_bar(self) -> None:
-        """The buttons of playback."""
+        """Show the buttons of playback."""
         several = bool(self._place.opened.events)
         playing = self._playing
         self._strip.show_bar(
@@ -264,7 +264,7 @@ class Screen:
         )
 
     def _show_rest(self) -> None:
-        """What follows from the frame that is shown: plots, and the panel at the right."""
+        """Update what depends on the shown frame: the plots, and the panel on the right."""
         if self._rest_waits and self._place.drive is not None:
             self._rest_waits = False
             with self._tab.client.atomic():
@@ -272,14 +272,14 @@ class Screen:
                 self._show_panels()
 
     def _follow(self) -> None:
-        """Bring time line and plots to where the place's row is, where they do not hold it yet."""
+        """Move time line and plots to the present row if they do not contain it."""
         if self._page(self._place.time_s, self._playing.now):
             self._show_strip()
         elif self._outlined != self._place.selected:
             self._show_timeline()
 
     def _show_strip(self) -> None:
-        """Time line, plots and cursors."""
+        """Show time line, plots and cursors."""
         self._show_plots()
         self._show_timeline()
         self._show_now()
@@ -300,7 +300,7 @@ class Screen:
         )
 
     def _signals_came(self) -> None:
-        """More of the frames' signals is there; in their thread."""
+        """Note that more signals have been read; runs in the thread that reads them."""
         if not self._signals_wait:
             self._signals_wait = True
             self._tab.run(self._draw_signals)
@@ -312,7 +312,7 @@ class Screen:
             self._show_now()
 
     def _show_timeline(self) -> None:
-        """The time line with what is said of the events."""
+        """Show the time line with the verdicts on the events."""
         place = self._place
         self._outlined = place.selected
         other = OtherRun(self._runs.events(), self._runs.later_s, self._runs.differences or ())
@@ -335,7 +335,7 @@ class Screen:
         self._window = window_around(place.time_s, WINDOWS_S[self.window_name], place.opened.duration_s)
 
     def _page(self, time_s: float, plays: bool) -> bool:
-        """Move the plots' window where the moment has left it; whether it did."""
+        """Move the window of the plots if the time has left it; returns whether it had."""
         window_s, duration_s = WINDOWS_S[self.window_name], self._place.opened.duration_s
         start_s, end_s = self._window
         if window_s is None or window_s >= duration_s:

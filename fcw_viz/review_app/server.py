@@ -1,4 +1,4 @@
-"""The page's server: one session for all tabs."""
+"""The server of the review page, with one session for all tabs."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ from fcw_viz.review_app.triage.drive_filter import parse_filter
 
 
 class ReviewPage(PageServer):
-    """A running page.
+    """The review page while it is served.
 
     Attributes:
         session: what its tabs share.
@@ -35,15 +35,15 @@ class ReviewPage(PageServer):
         """Serve drives.
 
         Args:
-            drives: the logs by their names, at least one.
-            title: of all of them.
-            reviewer: in whose name verdicts are kept.
-            port: wished for; the next free one where it is taken.
-            dark: colours at the beginning.
-            root: the folder that they were found in: drives that come there later are served, too.
+            drives: the logs by name, at least one.
+            title: title of the page.
+            reviewer: name under which verdicts are stored.
+            port: preferred port; the next free one is used if it is taken.
+            dark: whether the page starts in dark colours.
+            root: the folder in which they were found; drives that appear there later are served too.
 
         Raises:
-            UserError: the one drive cannot be read, the reviewer's name is none for a file, or the port none.
+            UserError: the only drive cannot be read, or the reviewer's name or the port is not valid.
         """
         check_port(port)
         for path in list(drives.values())[:1]:
@@ -64,10 +64,10 @@ class ReviewPage(PageServer):
         return first_html(first_list(self.session, self._title, asked), ".fcw-folder", self._dark)
 
     def open_tab(self, client: viser.ClientHandle) -> Tab:
-        """A tab on the session."""
+        """Open a tab on the session."""
         return Tab(client, self.session, self._title, self._dark)
 
     def stop(self) -> None:
-        """End it; all that was said is kept already."""
+        """End the page; everything that was said is already stored."""
         super().stop()
         self.session.close()

@@ -1,4 +1,4 @@
-"""What all tabs of a review page share: the drives, what people say of them, and who is told of changes."""
+"""What all tabs of a review page share: the drives, their reviews, and listeners for changes."""
 
 import logging
 import threading
@@ -20,21 +20,21 @@ from fcw_viz.review_app.taking import RerunViewers
 LOGGER = logging.getLogger(__name__)
 
 DRIVES_KEPT = 4
-"""Open drives that nobody looks at any more; the columns of an hour are a few megabytes."""
+"""Number of drives that stay open after their tabs left; the columns of an hour take a few megabytes."""
 REFRESH_S = 1.0
-"""How often it is checked whether other programs have added to a review, or to a drive."""
+"""How often it is checked whether other programs have added to a review or a drive."""
 
 Listener = Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveReview:
-    """A drive's review as a tab shows it.
+    """The review of a drive as a tab shows it.
 
     Attributes:
-        review: what counts of all that was said.
-        events: the drive's events with their verdicts, by time.
-        troubles: what a person should be told of the files.
+        review: the review.
+        events: the events of the drive with their verdicts, by time.
+        troubles: messages about the files for the user.
     """
 
     review: Review
@@ -44,7 +44,7 @@ class DriveReview:
 
 @dataclass(slots=True)
 class _Open:
-    """A drive somebody looks at, or looked at a moment ago."""
+    """A drive that is open in a tab, or was a moment ago."""
 
     drive: Drive
     store: ReviewStore
@@ -52,21 +52,21 @@ class _Open:
 
 
 class ReviewSession:
-    """The drives of a server and their reviews; every method may be called from any thread.
+    """The drives of a server and their reviews; thread-safe.
 
     Attributes:
-        reviewer: in whose name this program writes.
+        reviewer: name under which this program writes.
         folder: the list of the drives.
         rerun: viewers that were started from the page.
     """
 
     def __init__(self, drives: Mapping[str, Path], reviewer: str, root: Path | None = None) -> None:
-        """Nothing is read before `start`, or before a drive is opened.
+        """Make the session; nothing is read before `start`, or before a drive is opened.
 
         Args:
-            drives: the logs by their names.
-            reviewer: in whose name this program writes.
-            root: the folder that they were found in, where new ones may come; None for no such.
+            drives: the logs by name.
+            reviewer: name under which this program writes.
+            root: the folder in which they were found, where new ones may appear; None if there is none.
         """
         self.reviewer = reviewer
         self.folder = Folder(drives, root, self._publish)
@@ -79,12 +79,12 @@ class ReviewSession:
         self._thread = threading.Thread(target=self._watch, name="watch", daemon=True)
 
     def start(self) -> None:
-        """Read the folder, and watch what others write, each in a thread."""
+        """Read the folder, and watch for changes by other programs, each in a thread."""
         self.folder.start()
         self._thread.start()
 
     def close(self) -> None:
-        """End the threads and the viewers, and let go of the files."""
+        """End the threads and the viewers, and close the files."""
         self.rerun.close()
         self._stop.set()
         self.folder.close()
@@ -98,12 +98,12 @@ class ReviewSession:
     # Who is here
 
     def join(self, person: object, listener: Listener) -> None:
-        """Have a listener called, from any thread, whenever anything has changed."""
+        """Register a listener, which is called, from any thread, whenever anything has changed."""
         with self._lock:
             self._listeners[person] = listener
 
     def leave(self, person: object) -> None:
-        """Somebody goes."""
+        """Remove somebody's listener, and release their drive."""
         with self._lock:
             self._listeners.pop(person, None)
             self._in_use.pop(person, None)
@@ -112,7 +112,7 @@ class ReviewSession:
 
     @property
     def drives(self) -> dict[str, Path]:
-        """The logs by their names."""
+        """The logs by name."""
         return self.folder.drives
 
     @property
@@ -122,13 +122,13 @@ class ReviewSession:
 
     @property
     def unread(self) -> int:
-        """How many drives have still to be read for the list."""
+        """How many drives have not been read yet."""
         return self.folder.unread
 
     # One drive
 
     def open(self, person: object, name: str) -> Drive:
-        """The drive of a name, for somebody who looks at it from now on.
+        """Open the drive with this name for somebody, who looks at it from now on.
 
         Raises:
             UserError: there is no such drive, or it cannot be read.
@@ -156,37 +156,37 @@ class ReviewSession:
         return drive
 
     def release(self, person: object) -> None:
-        """Somebody looks at no drive any more."""
+        """Release somebody's drive."""
         with self._lock:
             self._in_use.pop(person, None)
             self._let_go()
 
     def current(self, name: str) -> Drive:
-        """An open drive as its log stands by now: it may have grown, or be another one."""
+        """An open drive in its present state: it may have grown or been replaced."""
         with self._lock:
             return self._open[name].drive
 
     def review(self, name: str, seen: Drive | None = None) -> DriveReview:
-        """What is said of an open drive by now.
+        """The present review of an open drive.
 
         Args:
-            name: of the drive.
-            seen: the drive as somebody still has it: the events are its own, whatever it has become.
+            name: name of the drive.
+            seen: the drive as somebody still sees it; the events are those of this state.
         """
         with self._lock:
             opened = self._open[name]
             return opened.shown if seen is None or seen is opened.drive else _shown(seen, opened.store)
 
     def say(self, name: str, *said: Said, seen: Drive | None = None) -> tuple[Entry[Said], ...]:
-        """Keep what the reviewer says of an open drive; it is on the disk when this returns.
+        """Store what the reviewer says about an open drive; it is on the disk when this returns.
 
         Args:
-            name: of the drive.
-            said: one or several things, kept together.
-            seen: the drive as they have it before them.
+            name: name of the drive.
+            said: one or several things, which are stored together.
+            seen: the drive as the reviewer sees it.
 
         Raises:
-            UserError: it cannot be kept; what was not kept does not count.
+            UserError: it cannot be stored; then it does not count.
         """
         with self._lock:
             entries = self._told(name, seen).store.add_all(self.reviewer, said)
@@ -195,22 +195,22 @@ class ReviewSession:
         return entries
 
     def take_back(self, name: str, entry_id: str) -> Entry[Said]:
-        """Take back something the reviewer said of an open drive; taking that back says it again.
+        """Take back something that the reviewer said about an open drive; a `TakenBack` too.
 
         Raises:
-            UserError: it was another person, or it cannot be kept.
+            UserError: somebody else said it, or it cannot be stored.
         """
         return self.say(name, TakenBack(entry_id))[0]
 
     def _show(self, name: str) -> None:
-        """Bring what is shown of a drive to what its store knows; the caller holds the lock."""
+        """Update what is shown of a drive from its store; the caller holds the lock."""
         opened = self._open[name]
         opened.shown = _shown(opened.drive, opened.store)
         store, thumbnail = opened.store, self.folder.thumbnail(name)
         self.folder.put(card_of(opened.drive, store.review, store.troubles, thumbnail))
 
     def _told(self, name: str, seen: Drive | None) -> _Open:
-        """A drive that is spoken of, if it is still what was looked at; the caller holds the lock."""
+        """The open drive with this name, if it is still the one that was seen; the caller holds the lock."""
         opened = self._open[name]
         if (seen or opened.drive).origin is not opened.drive.origin or opened.drive.watch.look().is_other:
             raise UserError(
@@ -220,7 +220,7 @@ class ReviewSession:
         return opened
 
     def _let_go(self) -> None:
-        """Close drives that nobody looks at; the caller holds the lock."""
+        """Close drives that no tab shows; the caller holds the lock."""
         idle = [name for name in self._open if name not in self._in_use.values()]
         for name in idle[: max(len(idle) - DRIVES_KEPT, 0)]:
             self._open.pop(name).store.close()
@@ -235,7 +235,7 @@ class ReviewSession:
                 LOGGER.exception("a tab could not be told of a change")
 
     def _watch(self) -> None:
-        """See what other programs add to the drives that are open, and to their reviews."""
+        """Watch for what other programs add to the open drives and their reviews."""
         while not self._stop.wait(REFRESH_S):
             changed = False
             with self._lock:
@@ -251,7 +251,7 @@ class ReviewSession:
                 self._publish()
 
     def _refresh(self, name: str) -> bool:
-        """Bring an open drive to what is on the disk; whether anything is new."""
+        """Update an open drive from the disk; returns whether anything is new."""
         with self._lock:
             opened = self._open.get(name)
         if opened is None:

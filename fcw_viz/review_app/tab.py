@@ -1,4 +1,4 @@
-"""One browser tab of the review page: its desk, its panels, its keys, and what its page says."""
+"""One browser tab of the review page: its desk, panels, keys and messages."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from fcw_viz.review_app.triage.drive_filter import parse_filter
 from fcw_viz.review_app.triage.filter_bar import filter_messages
 
 FIRST_SIZE = ImageSize(1280, 720)
-"""Of the picture before a drive is opened."""
+"""Size of the picture before a drive is opened."""
 STRIP_MANNERS = Path(__file__).with_name("plots").joinpath("strip.js").read_text(encoding="utf-8")
 
 
@@ -28,13 +28,13 @@ class Tab(PageTab):
     """One tab on a session."""
 
     def __init__(self, client: viser.ClientHandle, session: ReviewSession, folder: str, dark: bool) -> None:
-        """Nothing is shown before the page says that it is there.
+        """Make the tab; nothing is shown before the page says that it is ready.
 
         Args:
-            client: the browser's side.
+            client: the side of the browser.
             session: what all tabs share.
-            folder: what all drives together are called.
-            dark: colours at the beginning.
+            folder: name of the folder of all drives.
+            dark: whether the page starts in dark colours.
         """
         super().__init__(client, f"{folder} · fcw review", FIRST_SIZE)
         self._session = session
@@ -47,7 +47,7 @@ class Tab(PageTab):
         self.view.tell_drawn()
 
     def close(self) -> None:
-        """The tab is gone: stop, and leave the session."""
+        """Stop, and leave the session, after the browser tab was closed."""
         super().close()
         self._desk.playing.stop()
         self._desk.screen.stop_reading()
@@ -96,11 +96,11 @@ class Tab(PageTab):
         run_script(self.client, STRIP_MANNERS)
 
     def _ask_again(self, text: str) -> None:
-        """The page is there, with the filter that its address keeps."""
+        """Apply the filter in the address of the page when the page is ready."""
         self._desk.place.asked = parse_filter(text)
 
     def _arrive(self, text: str) -> None:
-        """The page is there, with the place that its address names."""
+        """Go to the place in the address of the page when the page is ready."""
         desk, drives = self._desk, self._session.drives
         if desk.place.drive is not None:
             return
@@ -139,7 +139,7 @@ class Tab(PageTab):
         self._panels.show()
 
     def _hear(self) -> None:
-        """The session's listener: of several changes at once only the last one is drawn."""
+        """The listener of the session; of several changes at once, only the last one is drawn."""
         if not self._refresh_waits:
             self._refresh_waits = True
             self.run(self._heard)

@@ -1,4 +1,4 @@
-"""Files to take along from a drive, and the rerun viewer on a part of it."""
+"""Downloads from a drive, and the rerun viewer on a part of it."""
 
 import tempfile
 import threading
@@ -20,7 +20,7 @@ from fcw_viz.rerun.viewer import has_display, native_viewer, web_viewer
 AROUND_S = 5.0
 """A clip begins so long before its event, and ends so long after it."""
 MOST_VIEWERS = 4
-"""Rerun viewers at once; the oldest is ended for another one."""
+"""Largest number of rerun viewers; the oldest one is ended for another."""
 
 
 def clip_around(start_s: float, end_s: float, duration_s: float) -> tuple[float, float]:
@@ -32,7 +32,7 @@ def exported_file(log: Path, export_format: str, between: tuple[float, float]) -
     """A part of a drive in a format of `fcw export`.
 
     Raises:
-        UserError: the drive cannot be read, or there is no room for the file.
+        UserError: the drive cannot be read, or there is no space for the file.
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"clip.{export_format}"
@@ -41,7 +41,7 @@ def exported_file(log: Path, export_format: str, between: tuple[float, float]) -
 
 
 def held_range(log: Path, between: tuple[float, float]) -> tuple[float, float]:
-    """The part of a drive that a clip with its packets holds: it begins at a keyframe, not later than wished.
+    """The part of a drive in a clip with its packets: it begins at a keyframe at or before the wanted start.
 
     Raises:
         UserError: the drive cannot be read.
@@ -54,7 +54,7 @@ def event_table(log: Path) -> bytes:
     """All events of a drive as CSV.
 
     Raises:
-        UserError: the drive cannot be read, or there is no room for the file.
+        UserError: the drive cannot be read, or there is no space for the file.
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "events.csv"
@@ -63,7 +63,7 @@ def event_table(log: Path) -> bytes:
 
 
 def write_from_its_start(clip: DriveClip, sink: Sink) -> None:
-    """Write a clip that begins where it should: encoded anew where its video has no keyframe there."""
+    """Write a clip that begins exactly at its start; it is encoded again if there is no keyframe there."""
     if not with_its_keyframe(clip)[1]:
         replay(clip, sink, lambda: None)
         return
@@ -81,7 +81,7 @@ def write_from_its_start(clip: DriveClip, sink: Sink) -> None:
 
 
 class RerunViewers:
-    """Rerun viewers that were started from the page; they end with it."""
+    """The rerun viewers that were started from the page; they end with it."""
 
     def __init__(self) -> None:
         self._viewers: list[ExitStack] = []
@@ -91,12 +91,12 @@ class RerunViewers:
         """Start a viewer on a part of a drive.
 
         Args:
-            log: the drive's.
-            between: the part that it holds, and at whose start it opens.
-            played: the part that it plays again and again.
+            log: log of the drive.
+            between: the part that it contains; it opens at the start of it.
+            played: the part that it plays in a loop.
 
         Returns:
-            Where a browser finds it; None where it has a window of its own.
+            Its address for a browser; None if it has its own window.
 
         Raises:
             UserError: the drive cannot be read, or the viewer does not start.
@@ -120,7 +120,7 @@ class RerunViewers:
         return viewer.url
 
     def close(self) -> None:
-        """End all of them."""
+        """End all viewers."""
         with self._lock:
             ended, self._viewers = self._viewers, []
         for viewer in ended:

@@ -1,4 +1,4 @@
-"""What the page says of events and of what people said, in words."""
+"""Words on the page for events and for what people said."""
 
 import math
 from collections.abc import Iterable
@@ -26,7 +26,7 @@ KIND_TITLES = {
     CUT: "Cut",
     POOR_SIGHT: "Poor sight",
 }
-"""What kinds of events are called."""
+"""Names of the kinds of events."""
 KIND_MEANINGS = {
     "warning": "the driver must act now",
     "caution": "the driver should get ready",
@@ -37,7 +37,7 @@ KIND_MEANINGS = {
     CUT: "an edited clip, another camera or a damaged picture",
     POOR_SIGHT: "a soft, dark, faint or overexposed picture",
 }
-"""What kinds of events are, in a few words."""
+"""Short explanations of the kinds of events."""
 JUDGEMENT_SIGNS = {
     Judgement.RIGHT: "✓",
     Judgement.TOO_EARLY: "◂",
@@ -61,7 +61,7 @@ LEVEL_NAMES = {
 
 
 def kind_title(kind: str) -> str:
-    """What an event of a kind is called."""
+    """The name of a kind of event."""
     return KIND_TITLES.get(kind, kind.capitalize())
 
 
@@ -78,7 +78,7 @@ def event_line(event: DriveEvent, imperial: bool) -> str:
 
 
 def why(result: FrameResult, imperial: bool) -> list[tuple[str, str]]:
-    """Why there is a warning at a frame, or none: pairs of what and how much."""
+    """Why there is a warning at a frame, or none, as pairs of a quantity and its value."""
     warning = result.told_warning
     rows = [("Level", LEVEL_NAMES[warning.level])]
     if warning.rule:
@@ -116,7 +116,7 @@ def _vehicle_rows(track: Track, is_lead: bool, imperial: bool) -> list[tuple[str
 
 
 def _lost_rows(warning: WarningState, imperial: bool) -> list[tuple[str, str]]:
-    """The figures of a vehicle that is followed no more, as they would be by now."""
+    """The figures of a vehicle that is no longer tracked, extrapolated to now."""
     rows = [("Vehicle", f"#{warning.track_id}, not seen any more; extrapolated figures")]
     if warning.distance_m is not None:
         rows.append(("Distance", distance_text(warning.distance_m, imperial)))
@@ -128,7 +128,7 @@ def _lost_rows(warning: WarningState, imperial: bool) -> list[tuple[str, str]]:
 
 
 def _overlap_words(overlap_m: float, imperial: bool) -> str:
-    """How much of its width and ours will overlap; what rounds to nothing is said in words."""
+    """How much of its width and ours will overlap; words are used if it rounds to zero."""
     text = distance_text(abs(overlap_m), imperial)
     if text == distance_text(0.0, imperial):
         return "next to none"
@@ -136,13 +136,13 @@ def _overlap_words(overlap_m: float, imperial: bool) -> str:
 
 
 def moment_words(warning: WarningState, imperial: bool) -> str:
-    """The warning of a moment and its reason, without the figures that stand beside the plots."""
+    """The warning at a time with its reason, without the figures that are beside the plots."""
     level = warning.level.name.capitalize()
     return f"{level}: {reason(warning, imperial)}" if warning.level is not WarningLevel.NONE else "No warning"
 
 
 def interval_words(track: Track, imperial: bool) -> str:
-    """The interval of a distance: two times out of three it is in there."""
+    """The interval that contains a distance two times out of three."""
     low = distance_text(track.distance_low_m, imperial)
     if not math.isfinite(track.distance_high_m):
         return f"more than {low}"
@@ -150,7 +150,7 @@ def interval_words(track: Track, imperial: bool) -> str:
 
 
 def verdict_words(entry: Entry[Verdict]) -> str:
-    """Somebody's verdict: who, what, why."""
+    """A verdict in words: who, what and why."""
     verdict = entry.said
     parts = [verdict.judgement.value]
     if verdict.reason is not None:
@@ -161,14 +161,14 @@ def verdict_words(entry: Entry[Verdict]) -> str:
 
 
 def verdict_sign(judged: JudgedEvent) -> str:
-    """The sign of what all say who judged an event, or of their disagreement; empty where nobody did."""
+    """The sign for the common judgement of an event, or for disagreement; empty if nobody judged it."""
     if judged.judgement is not None:
         return JUDGEMENT_SIGNS[judged.judgement]
     return DISAGREEMENT_SIGN if judged.disagreement else ""
 
 
 def verdict_counts(events: Iterable[JudgedEvent]) -> str:
-    """How many are judged, as `fcw review --summary` counts them; empty where none is."""
+    """How many events are judged, counted as by `fcw review --summary`; empty if none is."""
     events = tuple(events)
     judgements = [one.judgement for one in events if one.judgement is not None]
     disagreed = sum(one.disagreement for one in events)
@@ -189,12 +189,12 @@ def when_words(time: str) -> str:
 
 
 def box_words(label: LabelledBox, edited: bool, missing: bool) -> str:
-    """What is said of a box while boxes are corrected.
+    """The words for a box while boxes are corrected.
 
     Args:
-        label: the box as it stands.
-        edited: whether somebody has said so.
-        missing: whether the frame has none of it.
+        label: the present box.
+        edited: whether somebody has edited it.
+        missing: whether the frame has no box for it.
     """
     parts = [f"#{label.track_id}" if label.track_id is not None else "added"]
     parts += ["not in this frame yet"] * missing
