@@ -1,1 +1,1 @@
-"""What a detector is worth on labelled pictures."""
+"""Evaluates detectors on labelled pictures."""

@@ -1,4 +1,4 @@
-"""How well detections stand on the road: their bottom rows, on which distance hangs, against labels."""
+"""Errors of the bottom rows of detections, on which distances depend, against labels."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -11,15 +11,15 @@ from fcw.units import MAD_TO_SIGMA
 
 @dataclass(frozen=True, slots=True)
 class BottomRows:
-    """Detected less labelled bottom row of the hits, in pixels; positive: too low, so measured too near.
+    """Detected minus labelled bottom row of the hits, in pixels; positive is too low, and measured too near.
 
     Attributes:
-        count: hits.
-        vehicles: how many vehicles these are.
-        bias_px: mean.
-        sigma_px: standard deviation.
-        median_px: median.
-        robust_sigma_px: from the median absolute deviation.
+        count: number of hits.
+        vehicles: number of different vehicles among them.
+        bias_px: mean error.
+        sigma_px: standard deviation of the errors.
+        median_px: median error.
+        robust_sigma_px: standard deviation from the median absolute deviation.
     """
 
     count: int
@@ -40,12 +40,12 @@ def bottom_rows(
 
     Args:
         evaluation: detections matched with labels.
-        sources: only boxes that are drawn or checked so (the annotations' `source`).
-        smallest_px: only boxes at least so high.
-        largest_px: and at most so high.
+        sources: only boxes with these values of the annotations' `source`.
+        smallest_px: least height of the boxes.
+        largest_px: largest height of the boxes.
 
     Returns:
-        None where nothing is left.
+        None if no box is left.
     """
     matches = evaluation.matches
     errors, vehicles = [], set()

@@ -1,7 +1,7 @@
-"""Leave-one-camera-out: each camera of the project's data tested by a model that never saw it.
+"""Leave-one-camera-out: each camera of the project's data is tested with a model that never saw it.
 
-The scores of models that were trained on different pictures are pooled in one curve, as if they were one
-model's: a threshold that means something else to each of them costs the figures, it does not flatter them.
+The scores of models that were trained on different pictures are pooled in one curve, as if they came from one
+model. If a threshold means something different to each model, the figures get worse, not better.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,16 +29,16 @@ GROUPS: tuple[Group, ...] = (
     ("dawn",),
     ("camvid", "nuscenes", "mahfuz195"),
 )
-"""Cameras that are left out together, to save trainings."""
+"""Groups of cameras that are left out together, to save trainings."""
 M_co = TypeVar("M_co", covariant=True)
 M = TypeVar("M")
 
 
 class Fit(Protocol[M_co]):
-    """A trainer: it makes a model, of whatever kind, of labelled pictures."""
+    """A trainer, which makes a model of any kind from labelled pictures."""
 
     def __call__(self, images: Sequence[TrainingImage], /) -> M_co:
-        """The model."""
+        """Train a model."""
         ...
 
 
@@ -47,10 +47,10 @@ class LabelledCameras:
     """All labelled pictures of the project's data.
 
     Attributes:
-        data: the folder.
+        data: the folder of the data.
         images: the pictures.
-        held_out: (N,) those that are never learnt from.
-        calibration_of: their calibrations.
+        held_out: (N,) whether a picture is never used for training.
+        calibration_of: the calibrations of the pictures.
     """
 
     data: Path
@@ -60,32 +60,32 @@ class LabelledCameras:
 
     @property
     def cameras(self) -> NDArray[np.str_]:
-        """(N,) the camera of each picture."""
+        """(N,) camera of each picture."""
         return np.array([image.labelled.camera for image in self.images])
 
     @property
     def complete(self) -> NDArray[np.bool_]:
-        """(N,) the pictures in which every vehicle is labelled."""
+        """(N,) whether every vehicle in a picture is labelled."""
         return np.array([image.labelled.complete for image in self.images])
 
     def training(self, indices: NDArray[np.int64]) -> tuple[TrainingImage, ...]:
-        """Some of the pictures, to learn from."""
+        """Some of the pictures, for training."""
         labelled = [self.images[index].labelled for index in indices]
         return tuple(TrainingImage(image, self.calibration_of(image)) for image in labelled)
 
     def name(self, index: int) -> str:
-        """A picture's path in the data."""
+        """The path of a picture in the data."""
         return self.images[index].labelled.path.relative_to(self.data).as_posix()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fold:
-    """A group of cameras left out.
+    """A group of cameras that is left out.
 
     Attributes:
-        name: theirs.
-        learnt: indices of the pictures to learn from.
-        tested: of those to test on.
+        name: name of the group.
+        learnt: indices of the pictures to train on.
+        tested: indices of the pictures to test on.
     """
 
     name: str
@@ -94,10 +94,10 @@ class Fold:
 
 
 def read_cameras(data: Path) -> LabelledCameras:
-    """Both splits of all sources of the project's data.
+    """Read both splits of all sources of the project's data.
 
-    The pictures in which only some vehicles are labelled are each of a camera of its own: of these the
-    validation split is what is held out.
+    Each picture in which only some vehicles are labelled comes from a camera of its own. Of these pictures,
+    the validation split is held out.
 
     Raises:
         UserError: as `read_annotated` and `own_calibrations`.
@@ -123,13 +123,13 @@ def read_cameras(data: Path) -> LabelledCameras:
 
 
 def folds(cameras: LabelledCameras, groups: Sequence[Group]) -> tuple[Fold, ...]:
-    """What each model learns from and is tested on: a group's cameras are in one test, and in no other.
+    """The pictures that each model is trained and tested on; the cameras of a group are in one test only.
 
-    Cameras in no group are learnt from in every fold and tested in none. So are incomplete pictures, but for
-    those held out, which the folds share out.
+    Cameras in no group are used for training in every fold and are never tested. The same holds for
+    incomplete pictures, except those that are held out, which are divided among the folds.
 
     Raises:
-        UserError: a group names a camera that is not there or twice.
+        UserError: a group names a camera that does not exist, or names one twice.
     """
     names, complete = cameras.cameras, cameras.complete
     known = sorted(set(names[complete].tolist()))
@@ -161,17 +161,17 @@ def detect_left_out(
     detectors: Mapping[str, Callable[[M, CalibrationOf], DetectorOf]],
     advance: Callable[[], None] = lambda: None,
 ) -> dict[str, "Found"]:
-    """Train without a fold's cameras and detect in their pictures.
+    """Train without the cameras of a fold, and detect in their pictures.
 
     Args:
         cameras: all pictures.
-        fold: which to leave out.
+        fold: the fold to leave out.
         fit: the trainer.
-        detectors: by name, how detectors are made of its model, to put out what they find at every score.
-        advance: is called after each picture.
+        detectors: by name, functions that make a detector from the model, which gives boxes of every score.
+        advance: called after each picture.
 
     Returns:
-        By the same names, what was found.
+        What was found, by the same names.
     """
     model = fit(cameras.training(fold.learnt))
     made = {name: make(model, cameras.calibration_of) for name, make in detectors.items()}
@@ -184,7 +184,7 @@ def detect_in(
     detectors: Mapping[str, DetectorOf],
     advance: Callable[[], None] = lambda: None,
 ) -> dict[str, "Found"]:
-    """Detect in some of the pictures, with detectors that were trained elsewhere."""
+    """Detect in some of the pictures with detectors that were trained elsewhere."""
     runs = run_detectors([cameras.images[index] for index in indices], detectors, advance)
     names = [cameras.name(int(index)) for index in indices]
     return {name: Found(dict(zip(names, frames, strict=True))) for name, frames in runs.items()}
@@ -192,33 +192,33 @@ def detect_in(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """What a detector found, at every score.
+    """What a detector found, with boxes of every score.
 
     Attributes:
-        pictures: by the picture's path in the data.
-        groups: names of the groups that were left out; none: the detector was trained elsewhere.
+        pictures: detections by the path of the picture in the data.
+        groups: names of the groups that were left out; empty if the detector was trained elsewhere.
     """
 
     pictures: Mapping[str, FrameDetections]
     groups: tuple[str, ...] = ()
 
     def has(self, cameras: LabelledCameras, indices: NDArray[np.int64]) -> bool:
-        """Whether some pictures have all been looked at."""
+        """Whether all of some pictures have been searched."""
         return all(cameras.name(int(index)) in self.pictures for index in indices)
 
     def on(self, cameras: LabelledCameras, indices: NDArray[np.int64]) -> tuple[FrameDetections, ...]:
-        """What is in some pictures, in their order."""
+        """The detections in some pictures, in the same order."""
         return tuple(self.pictures[cameras.name(int(index))] for index in indices)
 
     def with_more(self, other: "Found") -> "Found":
-        """Together with what was found in other pictures."""
+        """The same together with the detections in other pictures."""
         return replace(self, pictures={**self.pictures, **other.pictures})
 
     def save(self, path: Path) -> None:
-        """Write a NumPy archive, whole or not at all.
+        """Write a complete NumPy archive, or nothing.
 
         Raises:
-            UserError: the file cannot be written there.
+            UserError: the file cannot be written.
         """
         frames = self.pictures.values()
         with whole_file(path) as partial, partial.open("wb") as file:
@@ -237,7 +237,7 @@ class Found:
         """Read what `save` wrote.
 
         Raises:
-            UserError: the file cannot be read, or holds something else.
+            UserError: the file cannot be read, or contains something else.
         """
         try:
             file = npz_arrays(path)
@@ -251,7 +251,7 @@ class Found:
 
 
 def _time_s(image: AnnotatedImage, camera: str) -> float | None:
-    """When in its clip a picture was taken: what the labels say, or else by the drive's known rate."""
+    """The time of a picture in its clip, from the labels or else from the known rate of the drive."""
     if image.time_s is not None or camera not in FRAMES_PER_S or image.frame is None:
         return image.time_s
     return image.frame / FRAMES_PER_S[camera]

@@ -1,4 +1,4 @@
-"""Detections as a COCO results file, which other tools evaluate."""
+"""Writes detections as a COCO results file, which other tools can evaluate."""
 
 import json
 from collections.abc import Sequence
@@ -12,10 +12,10 @@ from fcw.files import write_whole
 def write_coco_results(
     images: Sequence[AnnotatedImage], found: Sequence[FrameDetections], category_id: int, path: Path
 ) -> None:
-    """Write a list of image_id, category_id, bbox (x, y, w, h in pixels) and score, whole or not at all.
+    """Write a complete list of image_id, category_id, bbox (x, y, w, h in pixels) and score, or nothing.
 
     Raises:
-        UserError: the file cannot be written there.
+        UserError: the file cannot be written.
     """
     results = [
         {

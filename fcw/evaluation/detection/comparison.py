@@ -1,4 +1,4 @@
-"""Detectors side by side on the same pictures, each by the mean of several models (seeds of training)."""
+"""Compares detectors on the same pictures, each by the mean over several models (seeds of training)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,17 +14,17 @@ Figure = Callable[[DetectionCurve], float]
 
 
 def rate_at(fppi: float) -> Figure:
-    """The figure "detection rate at so many false positives per image"."""
+    """The figure "detection rate at a number of false positives per image"."""
     return lambda curve: curve.at_fppi(fppi).detection_rate
 
 
 class EqualRate(NamedTuple):
-    """False positives per image of two detectors at one detection rate.
+    """False positives per image of two detectors at the same detection rate.
 
     Attributes:
-        detection_rate: the rate, where the base detector has the false positives asked for.
-        fppi: of the detector; None where it does not reach the rate.
-        base_fppi: of the base detector.
+        detection_rate: the rate of the base detector at the given false positives.
+        fppi: false positives per image of the detector; None if it does not reach the rate.
+        base_fppi: those of the base detector.
     """
 
     detection_rate: float
@@ -37,7 +37,7 @@ class SeedMean:
     """One detector with several models on the same pictures and labels.
 
     Attributes:
-        evaluations: one for each model.
+        evaluations: one evaluation for each model.
     """
 
     evaluations: tuple[DetectionEvaluation, ...]
@@ -51,18 +51,18 @@ class SeedMean:
         return tuple(figure(evaluation.curve) for evaluation in self.evaluations)
 
     def interval(self, figure: Figure, resamples: int = RESAMPLES, same_clips: bool = False) -> Interval:
-        """95 % of the mean, clips and vehicles resampled (see `Grouping.resamples`)."""
+        """95 % interval of the mean, with clips and vehicles resampled (see `Grouping.resamples`)."""
         return interval(self._resampled(figure, resamples, same_clips))
 
     def difference_interval(
         self, base: "SeedMean", figure: Figure, resamples: int = RESAMPLES, same_clips: bool = False
     ) -> Interval:
-        """95 % of this mean less that of another detector, on the same draws of vehicles and pictures."""
+        """95 % interval of this mean minus another detector's, on the same draws of vehicles and pictures."""
         mine, others = (each._resampled(figure, resamples, same_clips) for each in (self, base))
         return interval(mine - others)
 
     def at_equal_rate(self, base: "SeedMean", base_fppi: float) -> EqualRate:
-        """False positives where both find as much as the base finds at `base_fppi`; means over the models."""
+        """False positives at the rate that the base has at `base_fppi`; means over the models."""
         rates, mine, others = [], [], []
         for evaluation, other in zip(self.evaluations, base.evaluations, strict=True):
             rate = other.curve.at_fppi(base_fppi).detection_rate

@@ -1,4 +1,4 @@
-"""The curve of a detector as a chart: detection rate over false positives per image."""
+"""Draws the curve of a detector: detection rate over false positives per image."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from fcw.detection.matching import DetectionCurve, OperatingPoint
 
 LOWEST_FPPI, HIGHEST_FPPI = 0.005, 20.0
 FPPI_TICKS = (0.01, 0.046, 0.1, 0.3, 1.0, 3.0, 10.0)
-"""0.046 is where the paper's Table 3 stands."""
+"""0.046 is the value of the paper's Table 3."""
 GRID_FPPI = np.geomspace(LOWEST_FPPI, HIGHEST_FPPI, 60)
 
 
@@ -19,11 +19,11 @@ class PlottedCurve:
     """A line of the plot.
 
     Attributes:
-        name: for the legend.
-        color: as CSS writes it.
+        name: its name in the legend.
+        color: its CSS colour.
         curve: the curve.
-        mark: where its detector works; None: not marked.
-        band: (low, high) rates at each of `GRID_FPPI`; empty: none is drawn.
+        mark: the operating point of its detector; None for no mark.
+        band: (low, high) rates at each of `GRID_FPPI`; empty for no band.
     """
 
     name: str
@@ -60,7 +60,7 @@ def _series(plotted: PlottedCurve) -> Series:
 
 
 def _staircase(curve: DetectionCurve) -> list[tuple[float, float]]:
-    """Between two thresholds the rate is that of the lower one with no more false positives."""
+    """The curve as steps: between two points, the rate is that of the point with fewer false positives."""
     corners = [(LOWEST_FPPI, 0.0)]
     for point in curve.points():
         fppi = min(max(point.fppi, LOWEST_FPPI), HIGHEST_FPPI)

@@ -1,4 +1,4 @@
-"""Running detectors over labelled pictures, side by side, with the time each takes."""
+"""Runs detectors over labelled pictures side by side, and measures the time of each."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ from fcw.errors import UserError
 from fcw.evaluation.detection.labels import AnnotatedImage
 
 EVERY_SCORE = float("-inf")
-"""With this threshold a detector puts out all that passes its cascade: the whole curve."""
+"""With this threshold a detector gives everything that passes its cascade, and so the whole curve."""
 
 DetectorOf = Callable[[LabelledImage], Detector]
 CalibrationOf = Callable[[LabelledImage], Calibration]
@@ -27,10 +27,10 @@ class FrameDetections(NamedTuple):
     """What a detector found in one picture.
 
     Attributes:
-        boxes: (D, 4) x, y, w, h, best score first.
-        scores: (D,).
-        milliseconds: of its thread, for this picture.
-        windows: that it looked at; None where it does not say.
+        boxes: (D, 4) x, y, w, h, sorted by falling score.
+        scores: (D,) scores.
+        milliseconds: time of its thread for this picture.
+        windows: number of windows searched; None if the detector does not tell.
     """
 
     boxes: NDArray[np.float64]
@@ -41,13 +41,13 @@ class FrameDetections(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DetectorCase:
-    """A detector as it is measured.
+    """A detector to measure.
 
     Attributes:
         name: `acf`, `acf-full`, `net` or `onnx:FILE`.
         model: its model.
-        score_threshold: from which score a box counts; None: the model's own.
-        largest_scale: how far pictures are enlarged; None: the detector's own.
+        score_threshold: least score of a box that counts; None for the model's own.
+        largest_scale: how much pictures are enlarged; None for the detector's own.
     """
 
     name: str
@@ -56,9 +56,10 @@ class DetectorCase:
     largest_scale: float | None = None
 
     def detector_of(self, calibration_of: CalibrationOf) -> DetectorOf:
-        """A function from a picture to its detector, the same while clip and size of the pictures are.
+        """A function from a picture to its detector.
 
-        A detector takes tens of megabytes, and there may be thousands of clips.
+        The detector stays the same while the clip and the size of the pictures do. Only the latest one is
+        kept, because it takes tens of megabytes, and there may be thousands of clips.
         """
         last: tuple[object, Detector] | None = None
 
@@ -83,18 +84,18 @@ def run_detectors(
     detectors: Mapping[str, DetectorOf],
     advance: Callable[[], None] = lambda: None,
 ) -> dict[str, tuple[FrameDetections, ...]]:
-    """Run several detectors over the same pictures, in turns picture by picture.
+    """Run several detectors over the same pictures, taking turns after each picture.
 
-    Taking turns, a busy machine slows all of them alike; the thread's own time is counted, not that of
-    others which the scheduler lets in between.
+    So a busy machine slows all of them alike. Only the time of the thread itself counts, not that of other
+    threads which run in between.
 
     Args:
         images: the pictures.
-        detectors: by any name, how to get the detector of a picture.
-        advance: is called after each picture.
+        detectors: by name, functions that give the detector for a picture.
+        advance: called after each picture.
 
     Returns:
-        By the same names, what was found in each picture.
+        What was found in each picture, by the same names.
 
     Raises:
         UserError: a picture cannot be read, or has no calibration.
@@ -120,12 +121,12 @@ def run_detectors(
 
 
 def median_milliseconds(frames: Sequence[FrameDetections]) -> float:
-    """What a picture took, the median."""
+    """Median time of a picture."""
     return float(np.median([frame.milliseconds for frame in frames]))
 
 
 def mean_windows(frames: Sequence[FrameDetections]) -> float | None:
-    """Windows looked at a picture, on average; None where the detector does not say."""
+    """Mean number of windows searched in a picture; None if the detector does not tell."""
     counts = [frame.windows for frame in frames if frame.windows is not None]
     return float(np.mean(counts)) if counts else None
 

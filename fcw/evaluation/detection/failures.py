@@ -1,4 +1,4 @@
-"""The misses and false positives of an evaluation, each with its kind: where improvements come from."""
+"""The misses and false positives of an evaluation by kind, which show what to improve."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,11 +14,11 @@ from fcw.detection.training.dataset import background
 from fcw.evaluation.detection.figures import DetectionEvaluation
 
 MISPLACED_IOU = 0.3
-"""A detection that overlaps a vehicle so much, and no hit, shows it in a wrong box."""
+"""A detection that is not a hit but overlaps a vehicle by at least this much is a misplaced box of it."""
 
 
 class FailureKind(StrEnum):
-    """What went wrong, as a person reads it."""
+    """What went wrong; the value is the text in reports."""
 
     NOT_FOUND = "missed: not found"
     UNSURE = "missed: found, under the threshold"
@@ -35,13 +35,14 @@ class Failure:
     """A miss or a false positive.
 
     Attributes:
-        kind: which.
+        kind: the kind of failure.
         frame: index of the picture.
-        box: (4,) x, y, w, h: the vehicle missed, or the false detection.
-        score: of the false detection, or of the best box on the missed vehicle; None: there is none.
-        iou: the detection's with the vehicle it overlaps most, or with its rear face; or the reverse.
-        distance_m: of the box's bottom row.
-        label: index of the missed vehicle among the picture's labels; None for false positives.
+        box: (4,) x, y, w, h of the missed vehicle or of the false detection.
+        score: score of the false detection, or of the best box on the missed vehicle; None if there is none.
+        iou: largest IoU of the false detection with a vehicle or its rear face, or of the missed vehicle with
+            a detection.
+        distance_m: distance at the bottom row of the box.
+        label: index of the missed vehicle among the labels of the picture; None for false positives.
         vehicle: identity of the missed vehicle; None for false positives.
     """
 
@@ -56,21 +57,21 @@ class Failure:
 
 
 def misses(evaluation: DetectionEvaluation) -> tuple[Failure, ...]:
-    """The vehicles not found at the evaluation's threshold, nearest first."""
+    """The vehicles that are not found at the threshold of the evaluation, nearest first."""
     missed = np.flatnonzero(~evaluation.hit)
     failures = [_miss(evaluation, int(index)) for index in missed]
     return tuple(sorted(failures, key=lambda failure: failure.distance_m))
 
 
 def false_positives(evaluation: DetectionEvaluation) -> tuple[Failure, ...]:
-    """The false positives at the evaluation's threshold, surest first."""
+    """The false positives at the threshold of the evaluation, highest score first."""
     matches = evaluation.matches
     sure = (matches.vehicle == FALSE_POSITIVE) & (matches.scores >= evaluation.threshold)
     return tuple(_false_positive(evaluation, int(index)) for index in np.flatnonzero(sure))
 
 
 def count_kinds(failures: Sequence[Failure]) -> dict[FailureKind, int]:
-    """How many there are of each kind, in the order of the kinds."""
+    """Number of failures of each kind, in the order of the kinds."""
     counts = Counter(failure.kind for failure in failures)
     return {kind: counts[kind] for kind in FailureKind if counts[kind]}
 

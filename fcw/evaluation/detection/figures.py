@@ -1,4 +1,4 @@
-"""What a detector is worth on labelled pictures: all figures of one evaluation, and their JSON."""
+"""All figures of the evaluation of a detector on labelled pictures, and their JSON."""
 
 import math
 from collections.abc import Sequence
@@ -36,20 +36,20 @@ from fcw.json_form import without_non_finite
 DISTANCE_EDGES_M = (0.0, 5.0, 15.0, 30.0, 50.0, 80.0, math.inf)
 HEIGHT_EDGES_PX = (0.0, 20.0, 30.0, 40.0, 60.0, 100.0, math.inf)
 HEIGHT_PART_EDGES = (0.0, 0.05, 0.1, 0.2, 0.35, math.inf)
-"""Of the picture's height."""
+"""Edges of the classes of height, as parts of the picture's height."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stratum:
-    """The vehicles of one kind, at the threshold of the evaluation.
+    """The vehicles of one kind at the threshold of the evaluation.
 
     Attributes:
-        vehicles: boxes that count.
-        distinct_vehicles: how many vehicles these are.
-        detection_rate: part of them that is hit; NaN where there is none.
-        detection_rate_interval: 95 %.
-        fppi: false positives of that kind per picture (of that clip, where clips are the kinds); NaN where
-            false positives have no such kind, or no picture is completely labelled.
+        vehicles: number of boxes that count.
+        distinct_vehicles: number of different vehicles among them.
+        detection_rate: part of the boxes that is hit; NaN if there are none.
+        detection_rate_interval: 95 % interval of the rate.
+        fppi: false positives of this kind per picture (of the clip, if the kinds are clips); NaN if false
+            positives have no such kind, or no picture is completely labelled.
     """
 
     vehicles: int
@@ -65,15 +65,15 @@ class DetectionEvaluation:
 
     Attributes:
         images: the pictures.
-        found: what was found in each, whatever its score.
-        matches: detections and vehicles matched.
+        found: what was found in each picture, with boxes of every score.
+        matches: detections matched with vehicles.
         grouping: which boxes and pictures belong together.
-        curve: the curve of all.
-        threshold: from which score the detector takes a window for a vehicle.
-        distances_m: (V,) of the vehicles that count, by their labelled bottom row.
-        false_distances_m: (D,) of the detections, by their bottom row.
-        ms_per_frame: median time of the detector's thread; None where it was not measured.
-        windows_per_frame: None where the detector does not say.
+        curve: the curve over all pictures.
+        threshold: least score at which the detector takes a window for a vehicle.
+        distances_m: (V,) distances of the vehicles that count, from their labelled bottom rows.
+        false_distances_m: (D,) distances of the detections, from their bottom rows.
+        ms_per_frame: median time of the detector's thread; None if it was not measured.
+        windows_per_frame: mean number of windows searched; None if the detector does not tell.
     """
 
     images: tuple[AnnotatedImage, ...]
@@ -89,7 +89,7 @@ class DetectionEvaluation:
 
     @property
     def operating_point(self) -> OperatingPoint:
-        """Rate and FPPI at the threshold."""
+        """Detection rate and FPPI at the threshold."""
         return self.curve.at_threshold(self.threshold)
 
     def intervals(
@@ -111,22 +111,22 @@ class DetectionEvaluation:
         return dict(zip(names, values, strict=True))
 
     def by_distance(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
-        """By distance in metres."""
+        """Strata by distance in metres."""
         return self._binned(self.distances_m, self.false_distances_m, DISTANCE_EDGES_M, resamples)
 
     def by_height(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
-        """By height of the box in pixels."""
+        """Strata by height of the box in pixels."""
         return self._binned(self.vehicle_boxes[:, 3], self.matches.boxes[:, 3], HEIGHT_EDGES_PX, resamples)
 
     def by_height_part(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
-        """By height of the box as a part of the picture's height."""
+        """Strata by height of the box as a part of the picture's height."""
         heights = np.array([image.labelled.size.height for image in self.images], np.float64)
         vehicles = self.vehicle_boxes[:, 3] / heights[self.matches.vehicle_frame]
         detections = self.matches.boxes[:, 3] / heights[self.matches.frame]
         return self._binned(vehicles, detections, HEIGHT_PART_EDGES, resamples)
 
     def by_attribute(self, name: str, resamples: int = RESAMPLES) -> dict[str, Stratum]:
-        """By a field of the annotations, as `kind` or `view`; vehicles without it are in no stratum."""
+        """Strata by a field of the annotations such as `kind` or `view`; vehicles without it are in none."""
         places = zip(self.matches.vehicle_frame, self.matches.vehicle_label, strict=True)
         values = np.array([str(self.images[frame].attributes[label].get(name)) for frame, label in places])
         return {
@@ -136,7 +136,7 @@ class DetectionEvaluation:
         }
 
     def by_clip(self, resamples: int = RESAMPLES) -> dict[str, Stratum]:
-        """By clip; false positives per picture of the clip."""
+        """Strata by clip, with false positives per picture of the clip."""
         clips = np.array([image.labelled.clip for image in self.images])
         return {
             str(clip): self._stratum(
@@ -157,14 +157,14 @@ class DetectionEvaluation:
 
     @property
     def hit(self) -> NDArray[np.bool_]:
-        """(V,) which vehicles are found at the threshold."""
+        """(V,) whether each vehicle is found at the threshold."""
         hit = np.zeros(len(self.matches.vehicle_frame), bool)
         vehicle = self.matches.vehicle[self.matches.scores >= self.threshold]
         hit[vehicle[vehicle >= 0]] = True
         return hit
 
     def as_json(self, at_fppi: Sequence[float] = (), resamples: int = RESAMPLES) -> dict[str, Any]:
-        """All figures; rates are fractions, what is undefined is None."""
+        """All figures as JSON values; rates are fractions, and undefined values are None."""
         intervals = self.intervals(at_fppi, resamples)
         same_clips = self.intervals(at_fppi, resamples, same_clips=True)
         point = self.operating_point
@@ -253,14 +253,14 @@ def evaluate(
     threshold: float,
     timed: Sequence[FrameDetections] = (),
 ) -> DetectionEvaluation:
-    """Match what a detector found and take the distances of vehicles and detections.
+    """Match what a detector found with the labels, and compute the distances of both.
 
     Args:
         images: the pictures.
         calibration_of: their calibrations.
-        found: what it found in each, at every score.
-        threshold: from which score it takes a window for a vehicle.
-        timed: what it found at that threshold, for the time that this takes; none: not measured.
+        found: what it found in each picture, with boxes of every score.
+        threshold: least score at which it takes a window for a vehicle.
+        timed: what it found at this threshold, with the times that count; empty if times were not measured.
 
     Raises:
         ValueError: there is no picture.
@@ -295,7 +295,7 @@ def evaluate(
 
 
 def _distance_m(image: AnnotatedImage, calibration_of: CalibrationOf, box: NDArray[np.float64]) -> float:
-    """By its bottom row; 0 where the picture, or its edge, shows it nearer than the bumper."""
+    """Distance at the bottom row of a box; 0 if that is nearer than the bumper."""
     return max(calibration_of(image.labelled).distance_at(float(box[1] + box[3])), 0.0)
 
 

@@ -1,11 +1,10 @@
 """Intervals of detection figures by resampling what is independent: clips, and vehicles in them.
 
-A vehicle is drawn with all its boxes, whatever picture they are in, and false positives with stretches of
-pictures (B. Efron, R. Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8; two stages as in
-A. Davison, D. Hinkley, Bootstrap Methods and their Application, 1997, sect. 3.8). Of a single clip only the
-vehicles in it are drawn: what another camera would give is then not in the interval. With three clips it is
-wide, and rightly so; where the question is about these clips alone, they can be kept and only what is in
-them drawn.
+A vehicle is drawn with all its boxes in all pictures, and false positives with stretches of pictures
+(B. Efron, R. Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8; in two stages as in A. Davison,
+D. Hinkley, Bootstrap Methods and their Application, 1997, sect. 3.8). With a single clip, only its vehicles
+are drawn, so that the interval does not contain the difference between cameras. With three clips it is wide,
+as it should be. If the question is about these clips alone, they can be kept, and only their content drawn.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -25,14 +24,14 @@ RESAMPLES = 1000
 
 
 class Interval(NamedTuple):
-    """Between which values a figure lies with a confidence of 95 %."""
+    """The 95 % confidence interval of a figure."""
 
     low: float
     high: float
 
 
 class Weights(NamedTuple):
-    """One resample: how often each vehicle, (V,), and each picture, (F,), is drawn."""
+    """One resample: how often each vehicle (V,) and each picture (F,) is drawn."""
 
     vehicles: NDArray[np.float64]
     frames: NDArray[np.float64]
@@ -43,10 +42,10 @@ class Grouping:
     """What belongs together.
 
     Attributes:
-        vehicle: (V,) number, from 0, of the vehicle that each box that counts shows.
-        vehicle_clip: (V,) its clip.
-        block: (F,) stretch of pictures that each picture is in.
-        clip: (F,) its clip.
+        vehicle: (V,) number, from 0, of the vehicle in each box that counts.
+        vehicle_clip: (V,) clip of each of these boxes.
+        block: (F,) stretch of pictures to which each picture belongs.
+        clip: (F,) clip of each picture.
     """
 
     vehicle: NDArray[np.int64]
@@ -56,7 +55,7 @@ class Grouping:
 
     @classmethod
     def of(cls, images: Sequence[AnnotatedImage], matches: Matches) -> "Grouping":
-        """The groups of labelled pictures, vehicles in the order of `matches`."""
+        """The groups of labelled pictures, with vehicles in the order of `matches`."""
         identities = vehicle_identities(images)
         clips = sorted({image.labelled.clip for image in images})
         clip = np.array([clips.index(image.labelled.clip) for image in images], np.int64)
@@ -66,14 +65,14 @@ class Grouping:
         return cls(numbers, clip[matches.vehicle_frame], frame_blocks(images), clip)
 
     def resamples(self, count: int = RESAMPLES, same_clips: bool = False, seed: int = 0) -> Iterator[Weights]:
-        """Draws of clips, and within each drawn clip of its vehicles and of its stretches of pictures.
+        """Draw clips and, within each drawn clip, its vehicles and its stretches of pictures.
 
         The same arguments give the same draws, so that figures of two detectors can be compared in pairs.
 
         Args:
-            count: how many.
-            same_clips: keep every clip, and draw in them only.
-            seed: of the draws.
+            count: number of resamples.
+            same_clips: whether to keep every clip, and draw only within the clips.
+            seed: seed of the draws.
         """
         random = np.random.default_rng(seed)
         vehicles_of = _members(self.vehicle, self.vehicle_clip)
@@ -91,9 +90,9 @@ class Grouping:
 
 @lru_cache(maxsize=2)
 def vehicle_draws(grouping: Grouping, count: int) -> NDArray[np.float64]:
-    """(count, V): how often each vehicle is drawn in each of `Grouping.resamples`.
+    """(count, V) how often each vehicle is drawn in each of `Grouping.resamples`.
 
-    Kept, because every kind of vehicle and every clip asks for the same: drawing is most of the work.
+    The result is cached, because every kind and every clip needs it, and drawing is most of the work.
     """
     draws = np.array([weights.vehicles for weights in grouping.resamples(count)])
     draws.setflags(write=False)
@@ -101,7 +100,7 @@ def vehicle_draws(grouping: Grouping, count: int) -> NDArray[np.float64]:
 
 
 class _Members(NamedTuple):
-    """What is in a clip: indices, the group of each (a vehicle, a stretch of pictures), and their number."""
+    """The members of a clip: indices, the group of each (vehicle or stretch), and the number of groups."""
 
     places: NDArray[np.int64]
     group: NDArray[np.int64]
@@ -118,7 +117,7 @@ def _members(names: NDArray[np.int64], clips: NDArray[np.int64]) -> dict[int, _M
 
 
 def interval(values: Sequence[float] | NDArray[np.float64]) -> Interval:
-    """The middle 95 % of resampled values; those that are not defined (NaN) are left out."""
+    """The middle 95 % of resampled values; undefined ones (NaN) are left out."""
     defined = np.asarray(values)[~np.isnan(values)]
     if not len(defined):
         return Interval(float("nan"), float("nan"))
@@ -133,6 +132,6 @@ def curve_intervals(
     resamples: int = RESAMPLES,
     same_clips: bool = False,
 ) -> tuple[Interval, ...]:
-    """Intervals of several figures of the curve, all from the same resamples (see `Grouping.resamples`)."""
+    """Intervals of several figures of the curve, from the same resamples (see `Grouping.resamples`)."""
     values = [figures(matches.curve(*weights)) for weights in grouping.resamples(resamples, same_clips)]
     return tuple(interval(column) for column in zip(*values, strict=True))

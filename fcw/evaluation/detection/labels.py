@@ -1,4 +1,4 @@
-"""COCO labels with all that evaluation asks of them: attributes of the boxes, times, calibrations."""
+"""COCO labels with everything that an evaluation needs: attributes of the boxes, times, calibrations."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,9 +31,9 @@ class AnnotatedImage:
     Attributes:
         labelled: the picture and its boxes.
         image_id: its id in the labels.
-        time_s: when in its clip, from `frame` and `fps` of the labels; None where they say nothing.
-        attributes: of each box, the annotation's fields.
-        frame: its number in the clip; None where the labels do not say.
+        time_s: its time in the clip, from `frame` and `fps` of the labels; None if these are missing.
+        attributes: the fields of the annotation of each box.
+        frame: its number in the clip; None if the labels do not have it.
     """
 
     labelled: LabelledImage
@@ -44,19 +44,19 @@ class AnnotatedImage:
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """(N,) the boxes that are hit or missed."""
+        """(N,) whether a box counts as hit or missed."""
         return ~self.labelled.ignored
 
 
 def read_annotated(labels: Path, images: Path) -> tuple[AnnotatedImage, ...]:
-    """Read COCO labels, and see that each picture is there.
+    """Read COCO labels, and check that each picture exists.
 
     Args:
         labels: the JSON file.
         images: folder that the `file_name`s are relative to.
 
     Raises:
-        UserError: as `dataset.read_labels`; or there is no picture, or one's file is missing.
+        UserError: as `dataset.read_labels`; or there are no pictures, or the file of one is missing.
     """
     labelled = read_labels(labels, images)
     if not labelled:
@@ -94,7 +94,7 @@ def _time_s(labels: Path, frame: object, fps: object) -> float | None:
 
 
 def read_category(labels: Path) -> int:
-    """The id of the labels' first category of vehicles that has any; 1 where none is named.
+    """The id of the first category of vehicles that is used in the labels; 1 if none is named.
 
     Some tools name the whole set as a first category, without an annotation.
     """
@@ -116,7 +116,7 @@ def count_only(images: Sequence[AnnotatedImage], conditions: Sequence[str]) -> t
 
     Args:
         images: the pictures.
-        conditions: `attribute=value`, the value as JSON writes it (quotes left out); all must hold.
+        conditions: `attribute=value` with the value as in JSON (without quotes); all must hold.
 
     Raises:
         UserError: a condition has another form, names an attribute that no box has, or leaves no vehicle.
@@ -148,7 +148,7 @@ def count_only(images: Sequence[AnnotatedImage], conditions: Sequence[str]) -> t
 
 
 def calibration_source(path: Path) -> Callable[[LabelledImage], Calibration]:
-    """How to get the calibration of a picture.
+    """A function that gives the calibration of a picture.
 
     Args:
         path: a calibration file for all pictures; a folder with `<clip>.yaml` for each clip; or the table
@@ -156,10 +156,10 @@ def calibration_source(path: Path) -> Callable[[LabelledImage], Calibration]:
 
     Returns:
         A function from a picture to its calibration, scaled to its size; the same object for the same clip
-        and size. It raises UserError where there is none.
+        and size. It raises UserError if there is none.
 
     Raises:
-        UserError: there is no such file or folder, or it is no calibration.
+        UserError: there is no such file or folder, or it is not a calibration.
     """
     if not path.exists():
         raise UserError(

@@ -1,4 +1,4 @@
-"""Calibrations that are off by a known amount: what a badly mounted or moved camera does to a detector."""
+"""Calibrations with a known error, to measure what a badly mounted or moved camera does to a detector."""
 
 import math
 from collections.abc import Callable
@@ -10,11 +10,11 @@ from fcw.detection.training.dataset import LabelledImage
 
 @dataclass(frozen=True, slots=True)
 class CalibrationError:
-    """What is wrong with a calibration.
+    """The error of a calibration.
 
     Attributes:
-        pitch_rad: the pitch it gives, less the true one.
-        height_factor: the height it gives, over the true one; focal length and horizon stay right.
+        pitch_rad: its pitch minus the true one.
+        height_factor: its height divided by the true one; focal length and horizon stay right.
     """
 
     pitch_rad: float = 0.0
@@ -26,7 +26,7 @@ class CalibrationError:
         return f"height {self.height_factor - 1:+.0%}"
 
     def applied(self, calibration: Calibration) -> Calibration:
-        """A calibration with this error, and without any notion of it."""
+        """A calibration with this error, which is not included in its uncertainty."""
         camera = replace(
             calibration.camera,
             pitch_rad=calibration.camera.pitch_rad + self.pitch_rad,
@@ -37,7 +37,7 @@ class CalibrationError:
     def on(
         self, calibration_of: Callable[[LabelledImage], Calibration]
     ) -> Callable[[LabelledImage], Calibration]:
-        """The calibrations of pictures with this error."""
+        """A function that gives the calibrations of pictures with this error."""
         return lambda image: self.applied(calibration_of(image))
 
 

@@ -1,9 +1,9 @@
 """Detection rates by kind of vehicle, all at the same pooled thresholds.
 
-A threshold is chosen once, where the detector puts out so many false positives a picture over all pictures
-together, and each kind of vehicle and each camera is judged there: a program has one threshold, whatever
-drives ahead of it. Pictures in which not every vehicle is labelled count neither for the threshold nor in the
-kinds; their camera has a row of its own.
+A threshold is chosen once, so that the detector has a given number of false positives per picture over all
+pictures. Each kind of vehicle and each camera is judged at this threshold, because a program has only one,
+whatever drives ahead of it. Pictures in which not every vehicle is labelled count neither for the threshold
+nor for the kinds; their camera has a row of its own.
 """
 
 import math
@@ -34,15 +34,15 @@ class LabelledVehicle:
     """A vehicle that counts, as its labels describe it.
 
     Attributes:
-        camera: that took the picture.
-        clip: that the picture is from.
-        complete: whether all vehicles of the picture are labelled.
-        width_px: of its box.
-        height_part: its box's height over the picture's.
-        occluded: 0 not, 1 up to about 40 %, 2 more.
-        truncated: cut by the picture's edge.
-        view: rear or rear-quarter; None where the labels do not say.
-        kind: car, suv, van, truck or bus; None where the labels do not say.
+        camera: camera that took the picture.
+        clip: clip of the picture.
+        complete: whether all vehicles in the picture are labelled.
+        width_px: width of its box.
+        height_part: height of its box as a part of the picture's height.
+        occluded: 0 for not hidden, 1 for up to about 40 %, 2 for more.
+        truncated: whether it is cut by the edge of the picture.
+        view: rear or rear-quarter; None if not labelled.
+        kind: car, suv, van, truck or bus; None if not labelled.
     """
 
     camera: str
@@ -57,7 +57,7 @@ class LabelledVehicle:
 
     @classmethod
     def of(cls, image: AnnotatedImage, label: int) -> "LabelledVehicle":
-        """The vehicle of one of a picture's labels."""
+        """The vehicle of one label of a picture."""
         labelled, fields = image.labelled, image.attributes[label]
         _, _, w, h = labelled.boxes[label]
         return cls(
@@ -74,12 +74,12 @@ class LabelledVehicle:
 
     @property
     def clear(self) -> bool:
-        """Nothing hides it, and it is large enough to be seen well."""
+        """Whether nothing hides it and it is large enough to be seen well."""
         return self.occluded == 0 and self.width_px >= CLEAR_WIDTH_PX
 
     @property
     def near(self) -> bool:
-        """It takes a fifth of the picture's height or more."""
+        """Whether it takes a fifth of the picture's height or more."""
         return self.height_part >= NEAR_HEIGHT
 
 
@@ -112,7 +112,7 @@ STRATA: Mapping[str, Condition] = {
     "dusk": lambda vehicle: vehicle.clip == DUSK_CLIP,
     "fog, dusk": lambda vehicle: vehicle.camera == FOG_CAMERA or vehicle.clip == DUSK_CLIP,
 }
-"""Kinds of vehicles by name. Of those whose kind or view is not labelled none is in the rows of these."""
+"""Kinds of vehicles by name. Vehicles without a label for kind or view are not in the rows of these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,12 +120,12 @@ class StratumRates:
     """How many vehicles of a kind are found.
 
     Attributes:
-        boxes: that count.
-        vehicles: how many vehicles these are.
-        rates: detection rate at each threshold; NaN where there is no vehicle.
-        intervals: 95 % of each, clips and vehicles resampled, and the thresholds with them.
-        intervals_same_clips: the same of the vehicles in these clips.
-        any_score: part of the boxes that is found at any score.
+        boxes: number of boxes that count.
+        vehicles: number of different vehicles among them.
+        rates: detection rate at each threshold; NaN if there is no vehicle.
+        intervals: 95 % interval of each rate, with clips, vehicles and thresholds resampled.
+        intervals_same_clips: the same with the clips kept and only their vehicles resampled.
+        any_score: part of the boxes that is found with any score.
     """
 
     boxes: int
@@ -138,12 +138,12 @@ class StratumRates:
 
 @dataclass(frozen=True, slots=True)
 class CameraRates:
-    """What a camera's clear vehicles and false positives are at the pooled thresholds.
+    """The clear vehicles and the false positives of a camera at the pooled thresholds.
 
     Attributes:
-        pictures: of it.
+        pictures: number of its pictures.
         clear: rates of its clear vehicles.
-        fppi: false positives in each of its pictures at each threshold; NaN where not all is labelled.
+        fppi: false positives per picture at each threshold; NaN if pictures are not completely labelled.
     """
 
     pictures: int
@@ -156,11 +156,11 @@ class StratifiedRates:
     """A detector by kinds of vehicles.
 
     Attributes:
-        at_fppi: false positives a picture, over all, that thresholds are chosen for.
+        at_fppi: false positives per picture over all pictures for which the thresholds are chosen.
         thresholds: the score thresholds.
-        pictures: in which false positives are counted.
-        strata: by name, in the order of STRATA.
-        cameras: by name.
+        pictures: number of pictures in which false positives are counted.
+        strata: rates by name, in the order of STRATA.
+        cameras: rates by name.
     """
 
     at_fppi: tuple[float, ...]
@@ -170,7 +170,7 @@ class StratifiedRates:
     cameras: Mapping[str, CameraRates]
 
     def as_json(self) -> dict[str, Any]:
-        """All of it; what is undefined is None."""
+        """All figures as JSON values; undefined values are None."""
         return without_non_finite(
             {
                 "at_fppi": list(self.at_fppi),
@@ -188,13 +188,13 @@ def stratified_rates(
     at_fppi: Sequence[float],
     resamples: int = RESAMPLES,
 ) -> StratifiedRates:
-    """Match what a detector found, choose its thresholds over all pictures, and judge each kind there.
+    """Match what a detector found, choose its thresholds over all pictures, and judge each kind at them.
 
     Args:
         images: the pictures.
-        found: what it found in each, at every score.
-        at_fppi: false positives a picture at which to judge.
-        resamples: for each interval.
+        found: what it found in each picture, with boxes of every score.
+        at_fppi: false positives per picture at which to judge.
+        resamples: number of resamples for each interval.
 
     Raises:
         ValueError: there is no picture.
@@ -242,12 +242,12 @@ def _rates(
     """The rates of several kinds, all from the same resamples.
 
     Args:
-        matches: of all pictures.
-        grouping: of the same.
-        members: (V,) for each kind, which vehicles are of it.
-        thresholds: to judge at.
-        at_fppi: what they are chosen for, in each resample anew.
-        resamples: how many.
+        matches: matches of all pictures.
+        grouping: grouping of the same pictures.
+        members: for each kind, (V,) whether a vehicle is of it.
+        thresholds: thresholds at which to judge.
+        at_fppi: false positives per picture for which they are chosen, again in each resample.
+        resamples: number of resamples.
     """
     kinds = np.array(members, np.float64)
     best = np.full(len(matches.vehicle_frame), -math.inf)  # score of each vehicle's hit
@@ -255,7 +255,7 @@ def _rates(
     every = np.ones(len(best))
 
     def rates(weights: NDArray[np.float64], cuts: Sequence[float]) -> NDArray[np.float64]:
-        """(K, T) of each kind at each threshold."""
+        """(K, T) rate of each kind at each threshold."""
         hit = best[:, None] >= np.array(cuts)
         counts = (kinds @ weights)[:, None]
         with np.errstate(invalid="ignore"):
@@ -284,7 +284,7 @@ def _rates(
 
 
 def _fppi(matches: Matches, pictures: NDArray[np.bool_], thresholds: Sequence[float]) -> tuple[float, ...]:
-    """False positives in each of some pictures."""
+    """False positives per picture in some pictures, at each threshold."""
     complete = int((matches.complete & pictures).sum())
     false = matches.scores[(matches.vehicle < 0) & pictures[matches.frame]]
     if not complete:

@@ -1,7 +1,7 @@
-"""Which boxes of different pictures show the same vehicle: frames of one vehicle are not independent.
+"""Finds boxes of the same vehicle in different pictures, because these are not independent.
 
-Labels with identities say it (`track_id`). Without them, boxes of one clip are linked over neighbouring
-pictures where they overlap; a clip without times has neighbours in name only, and each box stands alone.
+Labels may have identities (`track_id`). Without them, boxes in neighbouring pictures of a clip are linked if
+they overlap. Pictures of a clip without times have no neighbours, so each box is a vehicle of its own.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,14 +16,14 @@ from fcw.evaluation.detection.labels import AnnotatedImage
 
 IDENTITY = "track_id"
 LINK_IOU = 0.2
-"""In half a second a vehicle ahead grows and wanders by less than this leaves."""
+"""Least overlap of linked boxes; a vehicle ahead keeps more than this over half a second."""
 LARGEST_GAP_S = 1.0
 BLOCK_S = 2.0
-"""A false positive stays for about so long: pictures of one such stretch are drawn together."""
+"""Pictures within this time are drawn together, because a false positive stays for about so long."""
 
 
 def vehicle_identities(images: Sequence[AnnotatedImage]) -> tuple[NDArray[np.int64], ...]:
-    """For each picture, a number for each of its boxes, the same for the same vehicle."""
+    """For each picture, a number for each of its boxes that is the same for the same vehicle."""
     parent: list[int] = []
     first: list[int] = []
     named: dict[tuple[str, object], int] = {}
@@ -58,7 +58,8 @@ def vehicle_identities(images: Sequence[AnnotatedImage]) -> tuple[NDArray[np.int
 
 
 def frame_blocks(images: Sequence[AnnotatedImage]) -> NDArray[np.int64]:
-    """A number for each picture, the same within two seconds of one clip; without times, each its own."""
+    """A number for each picture that is the same within two seconds of a clip; unique if there are no
+    times."""
     numbers: dict[tuple[str, object], int] = {}
     return np.array(
         [
