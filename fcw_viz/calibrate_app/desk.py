@@ -1,6 +1,6 @@
-"""What one person has in front of them on a session, and all that they do there.
+"""The desk of one person in a session: what they see, and everything that they do.
 
-It happens in one thread, the picture's: what is clicked, typed and shown, in the order it came.
+All of it happens in one thread, that of the picture, in the order in which it is clicked, typed and shown.
 """
 
 from collections.abc import Callable
@@ -25,48 +25,49 @@ from fcw_viz.page.script import expect_no_typing, expect_typing
 from fcw_viz.page.tab import PageTab
 
 PLATE_PICTURE_PX, ZOOMED_PICTURE_PX = 900.0, 1280.0
-"""CSS pixels. In a picture less wide than the first, the ends of a plate lie too near to each other to be
-clicked; in one of the second, those of a car 16 m ahead are 30 apart, and its tyre is in a phone's window."""
+"""Widths in CSS pixels. In a picture narrower than the first, the ends of a plate are too close together for
+clicks. In one as wide as the second, those of a car 16 m ahead are 30 apart, and its tyre is in the window of
+a phone."""
 
 
 def mark_handle(mark_id: int) -> str:
-    """The name of a mark's handle in the view."""
+    """The name of the handle of a mark in the view."""
     return f"mark_{mark_id}"
 
 
 class Display(Protocol):
-    """What shows a desk."""
+    """What displays a desk."""
 
     def show(self) -> None:
-        """Show what is on the desk now."""
+        """Show the present state of the desk."""
         ...
 
     def ask_distance(self, mark_id: int) -> None:
-        """Put the cursor where the distance of a mark is typed."""
+        """Put the cursor into the field for the distance of a mark."""
         ...
 
 
 class Desk:
-    """One tab's: the panels, the keys and the handles work on it, and a display shows it.
+    """The desk of one tab, which the panels, the keys and the handles use, and a display shows.
 
     Attributes:
-        client: the browser's side.
-        source: the path that the pictures come from.
+        client: the side of the browser.
+        source: path of the source of the pictures.
         session: what all tabs share.
-        pictures: of the source.
-        looks: at the drive.
-        channel: from the page's own HTML.
+        pictures: pictures of the source.
+        looks: measurements of the whole drive.
+        channel: messages from the page's own HTML.
         view: the picture of this tab.
-        run: does something in this tab's thread, after everything that came before.
-        notify: tells the person something.
-        overlay: what is drawn over it.
-        fields: in which numbers are typed.
-        person: who sits here, from `sit_down` on.
-        state: the moment that is shown.
+        run: runs something in the thread of this tab, after everything that came before.
+        notify: shows a message to the user.
+        overlay: what is drawn over the picture.
+        fields: the fields for numbers.
+        person: the person at this desk, from `sit_down` on.
+        state: the state that is shown.
         selected: id of the selected mark.
         tool: what a click does.
-        tool_words: what to do with it; empty for the points.
-        frame_index: number of the picture shown.
+        tool_words: what to do with the tool; empty for the points.
+        frame_index: number of the picture that is shown.
     """
 
     person: Person
@@ -103,7 +104,7 @@ class Desk:
         self._tool_click: Callable[[float, float], None] = self._add_mark
 
     def sit_down(self) -> None:
-        """Join the session, and show it: the display is ready."""
+        """Join the session and show it, after the display is ready."""
         self.channel.open()
         self._forget_looks = [look.listen(lambda: self.run(self.refresh)) for look in self.looks]
         self.view.on_click(self._clicked)
@@ -113,14 +114,14 @@ class Desk:
         self.go_to(frames[0] if frames else 0)
 
     def leave(self) -> None:
-        """The tab is gone: keep what was being typed, and leave the session."""
+        """Store what was being typed, and leave the session, after the tab was closed."""
         for forget in self._forget_looks:
             forget()
         self.fields.flush()
         self.session.leave(self.person)
 
     def offer(self, *edits: Edit) -> None:
-        """Do one step for a field, which itself says why it was refused.
+        """Apply one step for a field, which itself shows why it was refused.
 
         Raises:
             UserError: it was refused.
@@ -128,23 +129,23 @@ class Desk:
         self.session.apply(self.person, *edits)
 
     def apply(self, *edits: Edit) -> bool:
-        """Do one step; False where it was refused, and the person was told why."""
+        """Apply one step; if it is refused, show why and return False."""
         return self._try(lambda: self.session.apply(self.person, *edits))
 
     def preview(self, edit: Edit | None) -> None:
-        """Show what an edit would do, while dragging; None ends that."""
+        """Show what an edit would do, while dragging; None ends the preview."""
         self._try(lambda: self.session.preview(self.person, edit))
 
     def undo(self) -> None:
-        """Take back the last step of anybody."""
+        """Undo the last step, by whoever it was."""
         self._try(lambda: self.session.undo(self.person))
 
     def redo(self) -> None:
-        """Do the last undone step again."""
+        """Redo the last undone step."""
         self._try(lambda: self.session.redo(self.person))
 
     def save(self) -> None:
-        """Write the calibration file, and say so."""
+        """Write the calibration file, and show that it was saved."""
         self.session.look_at_file()
         already = self.session.state.saved
         if self._try(self.session.save):
@@ -152,7 +153,7 @@ class Desk:
             self.notify(f"{name} is already saved" if already else f"Saved {name}")
 
     def start_anew(self) -> None:
-        """Empty everything; undo brings it back."""
+        """Clear everything; undo brings it back."""
         self._try(lambda: self.session.start_anew(self.person))
 
     def select(self, mark_id: int | None) -> None:
@@ -163,14 +164,14 @@ class Desk:
             self.refresh()
 
     def click_mark(self, mark_id: int) -> None:
-        """Select a mark on the picture, which asks for no distance."""
+        """Select a mark on the picture without asking for its distance."""
         self.select(mark_id)
         expect_no_typing(self.client)
 
     def use(
         self, tool: Tool, on_click: Callable[[float, float], None] | None = None, words: str = ""
     ) -> None:
-        """Take another tool: clicks on the picture go to `on_click` until the next one is taken."""
+        """Take another tool; clicks on the picture go to `on_click` until the next tool is taken."""
         self.tool = tool
         self.tool_words = words
         self._tool_click = on_click or self._add_mark
@@ -183,16 +184,16 @@ class Desk:
         self.use(Tool.POINTS)
 
     def go_to(self, frame_index: int) -> None:
-        """Show another picture; of several asked for at once only the last one is read."""
+        """Show another picture; of several requests at once, only the last one is read."""
         self._wanted_frame = min(max(frame_index, 0), self.pictures.count - 1)
         self.run(self._load_frame)
 
     def step(self, pictures: int) -> None:
-        """Go on or back by so many pictures, from the one asked for last."""
+        """Go forward or back by so many pictures from the one requested last."""
         self.go_to((self.frame_index if self._wanted_frame is None else self._wanted_frame) + pictures)
 
     def zoom(self, factor: float) -> None:
-        """Zoom about the selected mark, or the middle."""
+        """Zoom at the selected mark, or at the middle."""
         mark = self._selected_mark()
         self.view.zoom(factor, None if mark is None else (mark.column_px, mark.row_px))
 
@@ -221,11 +222,11 @@ class Desk:
         self.go_to(mark.frame)
 
     def type_distance(self) -> None:
-        """Put the cursor in the selected mark's field."""
+        """Put the cursor into the field of the selected mark."""
         self._display.ask_distance(self._told_mark().id)
 
     def refresh(self) -> None:
-        """Show the newest moment, with this desk's selection, tool and picture."""
+        """Show the latest state, with the selection, tool and picture of this desk."""
         self._refresh_waits = False
         self.state = self._newest
         if self._selected_mark() is None:
@@ -241,7 +242,7 @@ class Desk:
         self._display.show()
 
     def _hear(self, state: SessionState) -> None:
-        """The session's listener: of several moments that come at once only the last one is drawn."""
+        """The listener of the session; of several states at once, only the last one is drawn."""
         self._newest = state
         if not self._refresh_waits:
             self._refresh_waits = True
@@ -270,7 +271,7 @@ class Desk:
                 self._display.ask_distance(added.id)
 
     def _click_plate(self, column_px: float, row_px: float) -> None:
-        """A place of a plate; in a picture too small for that, the first click only zooms in on the plate."""
+        """Add a place of a plate; if the picture is too small, the first click only zooms in on the plate."""
         left_px, _, right_px, _ = self.view.window_px
         shown_px = self.view.plane.size.width / self.view.pixels_per_screen_pixel
         if shown_px < PLATE_PICTURE_PX:
@@ -297,7 +298,7 @@ class Desk:
         return next((mark for mark in self._newest.document.marks if mark.id == self.selected), None)
 
     def _told_mark(self) -> Mark:
-        """The selected mark, for what needs one."""
+        """The selected mark, for commands that need one."""
         mark = self._selected_mark()
         if mark is None:
             raise UserError("select a point first: click it, or press its number")

@@ -1,1 +1,1 @@
-"""What somebody said of a camera, how it is kept, and what follows from it."""
+"""What the user said about a camera, how it is stored, and the solution that follows from it."""

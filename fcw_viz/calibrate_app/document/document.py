@@ -1,4 +1,4 @@
-"""What somebody has told the calibration page so far; `fcw_viz.calibrate_app.document.edits` changes it."""
+"""The input of the calibration page so far; `fcw_viz.calibrate_app.document.edits` changes it."""
 
 from dataclasses import dataclass, replace
 
@@ -12,21 +12,22 @@ from fcw.errors import UserError
 from fcw.frame import ImageSize
 
 FEWEST_PLATES = 2
-"""Near and far they tell the horizon and the height; one alone tells only how the two go together."""
+"""A near and a far plate show the horizon and the height; a single one shows only how the two are related."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A point of the road clicked in a picture.
+    """A point on the road that was clicked in a picture.
 
     Attributes:
-        id: its number in this document, counted from 1; that of a deleted mark is not given again.
-        number: of its letter, counted from 1; that of a deleted mark is given again. 0 where it is the id's.
-        column_px: where it is.
-        row_px: where it is.
-        distance_m: from the reference, as typed; None until somebody says it.
-        enabled: whether it takes part.
-        frame: index of the picture it was clicked in; None where unknown (points of a loaded file).
+        id: its number in this document, counted from 1; ids of deleted marks are not used again.
+        number: number of its letter, counted from 1; those of deleted marks are used again. 0 if it equals
+            the id.
+        column_px: its column.
+        row_px: its row.
+        distance_m: distance from the reference as typed; None until it is given.
+        enabled: whether it is used.
+        frame: index of the picture in which it was clicked; None if unknown (points of a loaded file).
     """
 
     id: int
@@ -39,7 +40,7 @@ class Mark:
 
     @property
     def name(self) -> str:
-        """What a person calls it: A, B, ... Z, AA, ..."""
+        """Its name on the page: A, B, ... Z, AA, ..."""
         letters, number = "", self.number or self.id
         while number > 0:
             number, letter = divmod(number - 1, 26)
@@ -48,7 +49,7 @@ class Mark:
 
     @property
     def ground_point(self) -> GroundPoint | None:
-        """The point as calibration takes it; None while it has no distance or is switched off."""
+        """The point for the calibration; None while it has no distance or is switched off."""
         if self.distance_m is None or not self.enabled:
             return None
         return GroundPoint(self.distance_m, self.row_px, self.column_px)
@@ -56,7 +57,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A straight line drawn in the picture by two of its points, (column, row) each, in pixels."""
+    """A straight line in the picture, given by two of its points, (column, row) each, in pixels."""
 
     start_px: tuple[float, float]
     end_px: tuple[float, float]
@@ -64,7 +65,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """Something known of the camera before any click, which can be switched off and on again."""
+    """A prior about the camera, which can be switched off and on again."""
 
     prior: Gaussian
     enabled: bool = True
@@ -72,39 +73,39 @@ class Belief:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """Everything somebody has said.
+    """All input of the user.
 
     Attributes:
-        image_size: of the pictures.
-        marks: in the order of their ids.
-        next_id: the id of the next mark.
-        planned_m: distances that marks to come will have, in the order of clicking (a preset).
+        image_size: size of the pictures.
+        marks: the marks in the order of their ids.
+        next_id: id of the next mark.
+        planned_m: distances of the next marks in the order of the clicks (a preset).
         way: key of the chosen way to calibrate (`ways.WAYS`); empty until one is chosen.
-        height_m: of the camera above the road; None until said.
-        height_sigma_m: standard deviation of the height where it counts; None where it was not said.
+        height_m: height of the camera above the road; None until it is given.
+        height_sigma_m: standard deviation of the height, where it matters; None if not given.
         from_bumper: whether distances were measured from the front bumper instead of the camera.
-        bumper_offset_m: from the camera forward to the bumper; None until said.
+        bumper_offset_m: distance from the camera forward to the bumper; None until it is given.
         row_sigma_px: standard deviation of a click.
-        field_of_view: horizontal, in radians.
+        field_of_view: horizontal field of view in radians.
         principal_row: row of the optical axis.
-        horizon: the row where somebody dragged the horizon to.
-        lane_lines: two lines along straight lane markings; they meet on the horizon.
-        lane_lines_enabled: whether they take part.
+        horizon: the row to which the user dragged the horizon.
+        lane_lines: two lines along straight lane markings, which meet on the horizon.
+        lane_lines_enabled: whether they are used.
         imperial: whether distances are typed and shown in feet.
         tape_error: standard deviation of all distances together, as a part of them.
-        paced: whether distances count from the first mark, whose own is not known: dashes.
-        lens: intrinsics and distortion, imported.
-        yaw: of the camera to the left of the direction of travel, in radians.
-        roll: of it to the right, in radians.
-        lane_width: from one lane line to the other, in metres.
-        vehicles: seen in the drive, whose widths are about known.
-        speed: mean speed over the stretch of the drive that was looked at, in m/s.
-        edges: columns and rows along things that are straight in the world, for the lens.
-        bent: whether the lens that bends the picture is fitted with the rest.
-        rectangles: on the road; the last one may still lack corners.
+        paced: whether distances count from the first mark, whose own distance is unknown, as for dashes.
+        lens: imported intrinsics and distortion.
+        yaw: yaw of the camera to the left of the direction of travel, in radians.
+        roll: roll of the camera to the right, in radians.
+        lane_width: distance between the lane lines in metres.
+        vehicles: vehicles of the drive, whose widths are about known.
+        speed: mean speed over the measured part of the drive, in m/s.
+        edges: columns and rows along lines that are straight in the world, for the lens.
+        bent: whether an unknown distortion is fitted with the rest.
+        rectangles: rectangles on the road; the last one may still lack corners.
         plates: two ends and a tyre of each number plate; the last one may still lack some.
-        plate_width_m: of all plates.
-        scale_per_mps: focal length times height in px m for each m/s of that speed, as the drive shows it.
+        plate_width_m: width of all plates.
+        scale_per_mps: focal length times height in px m for each m/s of the speed, measured in the drive.
     """
 
     image_size: ImageSize
@@ -139,10 +140,10 @@ class Document:
     plate_width_m: Gaussian = Gaussian(PLATE_WIDTHS_M["eu"], PLATE_SIGMA_M)  # noqa: RUF009 - immutable
 
     def mark(self, mark_id: int) -> Mark:
-        """The mark of that id.
+        """The mark with this id.
 
         Raises:
-            UserError: there is none; somebody may have deleted it in another tab.
+            UserError: there is none; it may have been deleted in another tab.
         """
         for mark in self.marks:
             if mark.id == mark_id:
@@ -151,37 +152,37 @@ class Document:
 
     @property
     def free_number(self) -> int:
-        """Of the first letter that no mark has."""
+        """The number of the first letter that no mark has."""
         taken = {mark.number or mark.id for mark in self.marks}
         return next(number for number in range(1, len(taken) + 2) if number not in taken)
 
     @property
     def whole_rectangles(self) -> tuple[GroundRectangle, ...]:
-        """Those with all their corners."""
+        """The rectangles with all four corners."""
         return tuple(r for r in self.rectangles if len(r.corners_px) == CORNERS)
 
     @property
     def whole_plates(self) -> tuple[Places, ...]:
-        """Those with both ends and a tyre."""
+        """The plates with both ends and a tyre."""
         return tuple(places for places in self.plates if len(places) == PLACES)
 
     @property
     def has_size(self) -> bool:
-        """Whether a rectangle or plates tell how large everything is, so that no height need be said."""
+        """Whether a rectangle or plates give the scale, so that no height is needed."""
         sized = any(rectangle.has_size for rectangle in self.whole_rectangles)
         return sized or len(self.whole_plates) >= FEWEST_PLATES
 
     @property
     def reference_offset_m(self) -> float | None:
-        """From the camera forward to where distances start; None where it has still to be said."""
+        """Distance from the camera forward to the reference of distances; None while it is not given."""
         return self.bumper_offset_m if self.from_bumper else 0.0
 
     @property
     def next_planned_m(self) -> float | None:
-        """The distance that the next mark will have, by the plan."""
+        """The planned distance of the next mark."""
         taken = {mark.distance_m for mark in self.marks}
         return next((distance_m for distance_m in self.planned_m if distance_m not in taken), None)
 
     def with_mark(self, changed: Mark) -> "Document":
-        """This document with one mark replaced by another of the same id."""
+        """This document with the mark of the same id replaced."""
         return replace(self, marks=tuple(changed if mark.id == changed.id else mark for mark in self.marks))

@@ -1,7 +1,7 @@
 """The edits that change a document.
 
-A document is immutable and an edit is a value: a document is what its edits make of an empty one, so the
-journal of edits is the whole state (`document.history`), and undo is replaying fewer of them.
+A document is immutable, and an edit is a value. A document is the result of its edits on an empty one, so the
+journal of edits is the whole state (`document.history`), and undo replays fewer edits.
 """
 
 import math
@@ -15,12 +15,12 @@ from fcw_viz.calibrate_app.document.besides.rectangles import RectangleEdit
 from fcw_viz.calibrate_app.document.document import Belief, Document, Line, Mark
 
 EDGE_PX = 0.5
-"""Pixel centres are at whole numbers: the picture reaches half a pixel beyond the first and the last."""
+"""Pixel centres are at whole numbers, so the picture extends half a pixel beyond the first and the last."""
 
 
 @dataclass(frozen=True, slots=True)
 class AddMark:
-    """A click on the picture; the distance is that of the plan, where there is one."""
+    """A click on the picture; the mark gets the next planned distance, if there is one."""
 
     column_px: float
     row_px: float
@@ -51,17 +51,17 @@ class AddMark:
 
 @dataclass(frozen=True, slots=True)
 class MoveMark:
-    """A mark dragged or nudged; beyond the picture it stays at its edge."""
+    """A mark dragged or nudged; it stays within the picture."""
 
     id: int
     column_px: float
     row_px: float
 
     def apply(self, document: Document) -> Document:
-        """The document with the mark elsewhere.
+        """The document with the mark moved.
 
         Raises:
-            UserError: the place is not a finite one.
+            UserError: the place is not finite.
         """
         _check_finite("place of the point", self.column_px, self.row_px)
         column_px, row_px = _inside(document.image_size, self.column_px, self.row_px)
@@ -70,16 +70,16 @@ class MoveMark:
 
 @dataclass(frozen=True, slots=True)
 class SetDistance:
-    """The distance of a mark from the reference, typed; None takes it back."""
+    """The typed distance of a mark from the reference; None removes it."""
 
     id: int
     distance_m: float | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that distance.
+        """The document with this distance.
 
         Raises:
-            UserError: it is not a distance.
+            UserError: it is not a valid distance.
         """
         if self.distance_m is not None:
             _check_positive("distance", self.distance_m, "metres along the road to the mark")
@@ -100,7 +100,7 @@ class EnableMark:
 
 @dataclass(frozen=True, slots=True)
 class DeleteMark:
-    """A mark taken away."""
+    """A mark deleted."""
 
     id: int
 
@@ -112,15 +112,15 @@ class DeleteMark:
 
 @dataclass(frozen=True, slots=True)
 class PlanDistances:
-    """Distances for the marks to come; marks that have none get theirs at once, the nearest first."""
+    """Distances for the next marks; marks without one get theirs at once, the nearest first."""
 
     planned_m: tuple[float, ...]
 
     def apply(self, document: Document) -> Document:
-        """The document with the plan, and its distances given to the marks without one.
+        """The document with the plan, and with its distances given to the marks without one.
 
         Raises:
-            UserError: one of them is not a distance.
+            UserError: one of them is not a valid distance.
         """
         for distance_m in self.planned_m:
             _check_positive("distance", distance_m, "metres along the road to the mark")
@@ -133,16 +133,16 @@ class PlanDistances:
 
 @dataclass(frozen=True, slots=True)
 class SetHeight:
-    """The camera's height above the road, and where it counts its standard deviation."""
+    """The height of the camera above the road and, where it matters, its standard deviation."""
 
     height_m: float | None
     sigma_m: float | None = None
 
     def apply(self, document: Document) -> Document:
-        """The document with that height.
+        """The document with this height.
 
         Raises:
-            UserError: it is not a height, or its standard deviation is none.
+            UserError: the height or its standard deviation is not valid.
         """
         if self.height_m is not None:
             _check_positive("camera height", self.height_m, "metres from the road up to the lens")
@@ -153,12 +153,12 @@ class SetHeight:
 
 @dataclass(frozen=True, slots=True)
 class ChooseWay:
-    """A way to calibrate chosen, by its key; empty goes back to the choice."""
+    """The chosen way to calibrate, by its key; empty goes back to the choice."""
 
     way: str
 
     def apply(self, document: Document) -> Document:
-        """The document with that way."""
+        """The document with this way."""
         return replace(document, way=self.way)
 
 
@@ -170,10 +170,10 @@ class SetReference:
     bumper_offset_m: float | None = None
 
     def apply(self, document: Document) -> Document:
-        """The document with that reference.
+        """The document with this reference.
 
         Raises:
-            UserError: the offset is not one.
+            UserError: the offset is not valid.
         """
         offset_m = self.bumper_offset_m
         if offset_m is not None and not (math.isfinite(offset_m) and offset_m >= 0):
@@ -185,12 +185,12 @@ class SetReference:
 
 @dataclass(frozen=True, slots=True)
 class SetRowSigma:
-    """How well somebody clicks."""
+    """How precise the clicks are."""
 
     row_sigma_px: float
 
     def apply(self, document: Document) -> Document:
-        """The document with that error of a click.
+        """The document with this error of a click.
 
         Raises:
             UserError: it is not above 0.
@@ -201,15 +201,15 @@ class SetRowSigma:
 
 @dataclass(frozen=True, slots=True)
 class SetFieldOfView:
-    """The horizontal field of view in radians, as the lens's data sheet says."""
+    """The horizontal field of view in radians, from the data sheet of the lens."""
 
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that belief.
+        """The document with this prior.
 
         Raises:
-            UserError: its value or its standard deviation is not one.
+            UserError: its value or its standard deviation is not valid.
         """
         _check_belief("field of view", self.belief, math.pi)
         return replace(document, field_of_view=self.belief)
@@ -222,10 +222,10 @@ class SetPrincipalRow:
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that belief.
+        """The document with this prior.
 
         Raises:
-            UserError: its value or its standard deviation is not one.
+            UserError: its value or its standard deviation is not valid.
         """
         _check_belief("lens axis", self.belief)
         return replace(document, principal_row=self.belief)
@@ -233,15 +233,15 @@ class SetPrincipalRow:
 
 @dataclass(frozen=True, slots=True)
 class SetHorizon:
-    """The horizon dragged to a row."""
+    """The row to which the horizon was dragged."""
 
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that belief.
+        """The document with this prior.
 
         Raises:
-            UserError: its value or its standard deviation is not one.
+            UserError: its value or its standard deviation is not valid.
         """
         _check_belief("horizon", self.belief)
         return replace(document, horizon=self.belief)
@@ -249,16 +249,16 @@ class SetHorizon:
 
 @dataclass(frozen=True, slots=True)
 class SetLaneLine:
-    """One of the two lane lines (0 or 1) drawn, moved or, as None, taken away."""
+    """One of the two lane lines (0 or 1) drawn or moved; None deletes it."""
 
     index: int
     line: Line | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that line.
+        """The document with this line.
 
         Raises:
-            UserError: there is no lane line of that index, or its ends are not finite or the same.
+            UserError: there is no lane line with this index, or its ends are equal or not finite.
         """
         if self.index not in (0, 1):
             raise UserError(f"lane line {self.index}: expected 0 or 1, the two markings of a lane")
@@ -272,7 +272,7 @@ class SetLaneLine:
 
 @dataclass(frozen=True, slots=True)
 class EnableLaneLines:
-    """The lane lines' crossing switched on or off as knowledge of the horizon."""
+    """The crossing of the lane lines switched on or off as a prior of the horizon."""
 
     enabled: bool
 
@@ -288,18 +288,18 @@ class SetUnits:
     imperial: bool
 
     def apply(self, document: Document) -> Document:
-        """The document in those units; what is stored stays in metres."""
+        """The document with these units; stored values stay in metres."""
         return replace(document, imperial=self.imperial)
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """Everything replaced: by what a file says, or by an empty document to start anew."""
+    """Everything replaced, by the content of a file or by an empty document."""
 
     document: Document
 
     def apply(self, document: Document) -> Document:
-        """The other document.
+        """The new document.
 
         Raises:
             UserError: it is for pictures of another size.
@@ -359,6 +359,6 @@ def _check_belief(name: str, belief: Belief | None, limit: float = math.inf) -> 
 
 
 def _inside(size: ImageSize, column_px: float, row_px: float) -> tuple[float, float]:
-    """The place itself where it is inside the picture, else the nearest one at its edge."""
+    """The place itself if it is inside the picture, else the nearest place on its edge."""
     column_px = min(max(column_px, -EDGE_PX), size.width - EDGE_PX)
     return column_px, min(max(row_px, -EDGE_PX), size.height - EDGE_PX)

@@ -1,4 +1,4 @@
-"""What happened to a document: steps of edits, and undo and redo over the steps of everybody."""
+"""The history of a document: steps of edits, with undo and redo over the steps of all people."""
 
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -18,13 +18,13 @@ class Action(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One thing that somebody did.
+    """One action of a person.
 
     Attributes:
-        time: when, ISO 8601 with its zone.
-        person: who.
-        action: what.
-        edits: of a step, applied one after the other; empty otherwise.
+        time: when it happened, ISO 8601 with time zone.
+        person: who did it.
+        action: what was done.
+        edits: the edits of a step, which are applied in order; else empty.
     """
 
     time: str
@@ -35,14 +35,14 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """The documents from the first one to the last undone one, and which of them counts now.
+    """The documents from the first one to the last undone one, and which one is current.
 
-    Immutable: the next history is made, kept on disk and only then put in place of this one.
+    It is immutable: the next history is made, stored on disk, and only then replaces this one.
 
     Attributes:
-        documents: before the first step, and after each.
-        position: of the one that counts.
-        people: who did each step, the first one being that from `documents[0]` to `documents[1]`.
+        documents: the documents before the first step and after each one.
+        position: index of the current document.
+        people: who did each step, beginning with that from `documents[0]` to `documents[1]`.
     """
 
     documents: tuple[Document, ...]
@@ -51,21 +51,21 @@ class History:
 
     @property
     def document(self) -> Document:
-        """The one that counts."""
+        """The current document."""
         return self.documents[self.position]
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a step before."""
+        """Whether there is a step to undo."""
         return self.position > 0
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is an undone step."""
+        """Whether there is a step to redo."""
         return self.position < len(self.documents) - 1
 
     def after(self, event: Event) -> "History":
-        """The history after one more event; a step forgets the undone ones.
+        """The history after one more event; a new step removes the undone ones.
 
         Raises:
             UserError: an edit cannot be applied, or there is nothing to undo or redo.

@@ -1,8 +1,8 @@
 """The journal: every event of a session as one line of JSON beside the calibration file.
 
-It is the autosave: a line is on the disk before anybody sees its effect, so a killed server loses no click.
-The first line says which pictures it is for and what the document was at the beginning; each other one is an
-`Event`, the digest of a saved calibration file, or the address of the page that works on it.
+It is the autosave: a line is on the disk before its effect is shown, so that a killed server loses no click.
+The first line contains the source of the pictures and the first document. Each other line is an `Event`, the
+digest of a saved calibration file, or the address of the page that uses the journal.
 """
 
 import hashlib
@@ -34,7 +34,7 @@ def journal_path(save_path: Path) -> Path:
 
 
 def file_digest(path: Path) -> str | None:
-    """SHA-256 of a file; None where there is none to read."""
+    """SHA-256 of a file; None if it cannot be read."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:
@@ -43,15 +43,15 @@ def file_digest(path: Path) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class JournalContent:
-    """What a journal says.
+    """The content of a journal.
 
     Attributes:
-        history: what its events make of the first document.
-        event_count: how many there are.
-        saved_digest: of the calibration file that the session wrote last, or began with.
-        page: address of the page that opened it last, where it got one.
-        whole_bytes: how much of the file is whole lines.
-        torn: whether something torn came after them.
+        history: the result of its events on the first document.
+        event_count: number of events.
+        saved_digest: digest of the calibration file that the session wrote last, or began with.
+        page: address of the page that opened it last, if it had one.
+        whole_bytes: length of its complete lines.
+        torn: whether an incomplete line follows them.
     """
 
     history: History
@@ -76,19 +76,19 @@ class Journal:
     def open(
         cls, path: Path, source_name: str, start: Document, saved_digest: str | None
     ) -> tuple["Journal", bool]:
-        """Open the journal at `path`, or begin one.
+        """Open the journal at `path`, or begin a new one.
 
         Args:
-            path: the journal.
-            source_name: what the pictures come from, for whoever reads the file.
-            start: the document that a new journal begins with.
-            saved_digest: of the calibration file that `start` came from.
+            path: path of the journal.
+            source_name: name of the source of the pictures, for people who read the file.
+            start: the first document of a new journal.
+            saved_digest: digest of the calibration file from which `start` was made.
 
         Returns:
-            The journal, and whether it was there before.
+            The journal, and whether it existed before.
 
         Raises:
-            UserError: another page works on it, it cannot be read or written, it is damaged, or it belongs to
+            UserError: another page uses it, it cannot be read or written, it is damaged, or it belongs to
                 pictures of another size.
         """
         try:
@@ -128,10 +128,10 @@ class Journal:
         return journal, existed
 
     def add(self, event: Event) -> None:
-        """Keep an event, on the disk when this returns.
+        """Store an event; it is on the disk when this returns.
 
         Raises:
-            UserError: it cannot be written; the journal is as it was before.
+            UserError: it cannot be written; then the journal is unchanged.
         """
         line: dict[str, Any] = {"time": event.time, "person": event.person}
         if event.action is Action.STEP:
@@ -142,15 +142,15 @@ class Journal:
         self._events += 1
 
     def add_saved(self, digest: str | None) -> None:
-        """Keep the digest of the calibration file just written, by which another hand's is told from it."""
+        """Store the digest of the calibration file just written, to recognise changes by others."""
         self._append({"saved": digest})
 
     def add_page(self, address: str) -> None:
-        """Keep the address of the page that works on this journal, for whoever starts a second one."""
+        """Store the address of the page that uses this journal, for those who start a second one."""
         self._append({"page": address})
 
     def close(self) -> None:
-        """Let go of the file; one in which nothing ever happened goes away."""
+        """Close the file; a journal without any event is deleted."""
         if self._file.closed:
             return
         if self._events == 0:
@@ -171,13 +171,13 @@ class Journal:
 
 
 def read_journal(path: Path) -> JournalContent | None:
-    """What the journal at `path` says; a torn last line, left by a kill or a full disk, does not count.
+    """Read the journal at `path`; an incomplete last line, left by a kill or a full disk, does not count.
 
     Returns:
-        None where it says nothing: the file is not there, or torn in its first line.
+        None if the file does not exist, or its first line is incomplete.
 
     Raises:
-        UserError: it cannot be read, is of another version or damaged.
+        UserError: it cannot be read, has another version, or is damaged.
     """
     try:
         data = read_bytes(path, MOST_JOURNAL_BYTES)

@@ -1,4 +1,4 @@
-"""What a tab is shown: one immutable value for each moment of a session."""
+"""What a tab shows: one immutable value for each state of a session."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -12,27 +12,27 @@ from fcw_viz.calibrate_app.document.edits import Edit
 
 
 class Status(Enum):
-    """How far a document determines a camera."""
+    """How well a document determines a camera."""
 
     INCOMPLETE = "incomplete"
-    """Something has still to be said; nobody made a mistake."""
+    """Some input is still missing; there is no mistake."""
     DEGENERATE = "degenerate"
-    """What was said determines no camera; nothing can be saved."""
+    """The input does not determine a camera; nothing can be saved."""
     IMPLAUSIBLE = "implausible"
-    """It determines one that can hardly be behind a windscreen; saved, it carries its warning."""
+    """It determines one that can hardly be behind a windscreen; a saved file contains the warning."""
     DOUBTFUL = "doubtful"
-    """It determines a plausible one, and only its maker can answer a question about it."""
+    """It determines a plausible one, but there is a question that only the user can answer."""
     GOOD = "good"
     """It determines a plausible one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mend:
-    """A proposal that a button applies.
+    """A correction that a button applies.
 
     Attributes:
-        label: what the button says, e.g. "Distances are from the bumper, 2.29 m ahead of the camera".
-        edits: what it does, as one step of undo.
+        label: text of the button, for example "Distances are from the bumper, 2.29 m ahead of the camera".
+        edits: its edits, as one step of undo.
     """
 
     label: str
@@ -41,12 +41,12 @@ class Mend:
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """Something wrong, in words, beside what causes it.
+    """A problem in words, with its cause.
 
     Attributes:
-        text: one paragraph, with the likely cause.
-        mark_ids: the marks that cause it; empty where it is none of them.
-        mend: the proposal, where there is one.
+        text: one paragraph with the probable cause.
+        mark_ids: the marks that cause it; empty if none of them does.
+        mend: the proposed correction, if there is one.
     """
 
     text: str
@@ -56,12 +56,12 @@ class Trouble:
 
 @dataclass(frozen=True, slots=True)
 class MarkResidual:
-    """How far a mark lies from the row and the distance that the solution gives it.
+    """The difference between a mark and the solution.
 
     Attributes:
-        row_px: clicked row less row of the solution.
-        distance_m: distance that the solution sees at the clicked row, less the distance typed; inf where
-            the clicked row is at or above the solution's horizon.
+        row_px: clicked row minus the row of the solution.
+        distance_m: distance of the solution at the clicked row, minus the typed distance; inf if the clicked
+            row is at or above the horizon of the solution.
     """
 
     row_px: float
@@ -70,14 +70,14 @@ class MarkResidual:
 
 @dataclass(frozen=True, slots=True)
 class DistanceRow:
-    """One distance of the result, as drawn and listed.
+    """One distance of the result, which is drawn and listed.
 
     Attributes:
-        distance_m: from the reference.
-        row_px: its row; may lie outside the picture.
-        row_sigma_px: standard deviation of that row.
-        low_m: 16th percentile of the distance seen there.
-        high_m: 84th percentile; inf where unbounded.
+        distance_m: distance from the reference.
+        row_px: its row, which may be outside the picture.
+        row_sigma_px: standard deviation of this row.
+        low_m: 16th percentile of the distance at this row.
+        high_m: 84th percentile; inf if unbounded.
     """
 
     distance_m: float
@@ -89,17 +89,17 @@ class DistanceRow:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A camera and all that is shown of it, computed once for all tabs.
+    """A camera and everything that is shown about it, computed once for all tabs.
 
     Attributes:
         calibration: the camera with its uncertainty.
-        sigmas: of its parameters.
-        rows: the distances drawn, nearest first.
-        quality: one plain sentence, e.g. "A reading of 40 m means 38.8 to 41.2 m."
+        sigmas: standard deviations of its parameters.
+        rows: the distances that are drawn, nearest first.
+        quality: one plain sentence, for example "A reading of 40 m means 38.8 to 41.2 m."
         next_click: where one more point helps most, if anywhere.
-        residuals: by the id of the mark; only of marks that took part.
-        exact: whether any points would be met nearly, so that residuals say nothing.
-        findings: what speaks against it, empty when all is well.
+        residuals: residuals by the id of the mark, only for marks that were used.
+        exact: whether any points would fit almost exactly, so that residuals say nothing.
+        findings: what is implausible; empty if all is well.
     """
 
     calibration: Calibration
@@ -114,14 +114,14 @@ class Result:
 
 @dataclass(frozen=True, slots=True)
 class BeliefEffect:
-    """What one belief changes, shown beside its switch.
+    """The effect of one prior, shown beside its switch.
 
     Attributes:
-        error_without: relative 1-sigma error of the distance at `EFFECT_DISTANCE_M` without it; inf where
+        error_without: relative standard deviation of the distance at `EFFECT_DISTANCE_M` without it; inf if
             the camera is undetermined without it.
         error_with: the same with it.
-        shift: relative change of the distance seen at that distance's row when it is switched on; 0 where
-            the camera is undetermined without it.
+        shift: relative change of the distance at this row when it is switched on; 0 if the camera is
+            undetermined without it.
     """
 
     error_without: float
@@ -131,18 +131,18 @@ class BeliefEffect:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """What follows from a document.
+    """The solution that follows from a document.
 
     Attributes:
-        status: how far it determines a camera.
-        result: the camera; None unless implausible or good, or all that is missing was assumed.
+        status: how well it determines a camera.
+        result: the camera; None unless there is one, perhaps with assumptions for what is missing.
         hint: what to do next, one sentence ("Two more points: click them and type their distances").
-        troubles: what is wrong.
+        troubles: the problems.
         lane_horizon: row where the two lane lines meet, with its standard deviation; None without them.
-        height_assumed: whether the height has still to be said, so that one was assumed for the preview
-            (`fcw.camera.prior_sigmas.CAR_CAMERA_HEIGHT_M`); the status is incomplete then.
-        effects: of the beliefs, by the name of the document's field ("field_of_view", "principal_row",
-            "horizon", "lane_lines"); only of those that are stated.
+        height_assumed: whether the height is missing, so that one was assumed for the preview
+            (`fcw.camera.prior_sigmas.CAR_CAMERA_HEIGHT_M`); the status is then incomplete.
+        effects: effects of the stated priors, by the name of the field of the document ("field_of_view",
+            "principal_row", "horizon", "lane_lines").
     """
 
     status: Status
@@ -155,12 +155,12 @@ class Solution:
 
     @property
     def can_save(self) -> bool:
-        """Whether this state may be saved: it determines a camera, and nothing in it was assumed."""
+        """Whether it can be saved: it determines a camera, and nothing was assumed."""
         return self.status in (Status.GOOD, Status.DOUBTFUL, Status.IMPLAUSIBLE)
 
     @property
     def warnings(self) -> tuple[str, ...] | None:
-        """What a saved calibration carries: all that is shown as wrong; None where nothing is."""
+        """The warnings for a saved calibration: all problems that are shown; None if there are none."""
         if self.status is not Status.IMPLAUSIBLE:
             return None
         return tuple(trouble.text for trouble in self.troubles) or None
@@ -168,20 +168,20 @@ class Solution:
 
 @dataclass(frozen=True, slots=True)
 class SessionState:
-    """One moment of a session, the same for all tabs.
+    """One state of a session, the same for all tabs.
 
     Attributes:
-        revision: grows with each change.
-        document: what was said; while somebody drags, with the drag's position.
-        solution: what follows.
-        shown: the result drawn: that of the solution, or the last good one; None before the first.
-        current: whether `shown` belongs to this document; a last good one is marked as not current.
-        can_undo: whether there is an edit to undo.
-        can_redo: whether there is an undone edit.
+        revision: a number that grows with each change.
+        document: the input, including the present position of a drag.
+        solution: the solution that follows from it.
+        shown: the result that is drawn: that of the solution, or the last good one; None before the first.
+        current: whether `shown` belongs to this document; the last good one is marked as outdated.
+        can_undo: whether there is a step to undo.
+        can_redo: whether there is a step to redo.
         save_path: where the calibration is saved.
-        saved: whether the file there is this document's calibration.
-        people: the names of the tabs present, e.g. "tab 1", in the order of their coming.
-        notice: what everybody should know, e.g. of a resumed session; empty otherwise.
+        saved: whether the file there contains the calibration of this document.
+        people: names of the open tabs, for example "tab 1", in the order in which they were opened.
+        notice: a message for everybody, for example about a resumed session; else empty.
     """
 
     revision: int

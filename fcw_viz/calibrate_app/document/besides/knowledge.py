@@ -1,4 +1,4 @@
-"""Edits of what is known besides marks, horizon and lane lines: tape, lens, turn, lane, vehicles, speed."""
+"""Edits of the other knowledge: tape, lens, yaw, roll, lane width, vehicles, speed, edges."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,20 +12,20 @@ from fcw_viz.calibrate_app.document.document import Belief, Document
 
 STEEPEST_TURN_RAD = math.radians(45.0)
 SEEN_YAW_SIGMA_RAD, SEEN_ROLL_SIGMA_RAD = YAW_SIGMA_RAD / 5, ROLL_SIGMA_RAD / 3
-"""How well somebody knows them who types or drags them and says no more."""
+"""Standard deviations of yaw and roll that were typed or dragged without saying how sure they are."""
 
 
 @dataclass(frozen=True, slots=True)
 class SetTapeError:
-    """The error of all taped distances together, as a part of them."""
+    """The common error of all measured distances, as a part of them."""
 
     tape_error: float
 
     def apply(self, document: Document) -> Document:
-        """The document with that error.
+        """The document with this error.
 
         Raises:
-            UserError: it is no part of a distance.
+            UserError: it is not a valid part of a distance.
         """
         if not 0 <= self.tape_error < LARGEST_TAPE_ERROR:
             raise UserError(
@@ -36,26 +36,26 @@ class SetTapeError:
 
 @dataclass(frozen=True, slots=True)
 class SetPaced:
-    """Whether the marks are dashes, whose first distance is not known."""
+    """Whether the marks are dashes, whose first distance is unknown."""
 
     paced: bool
 
     def apply(self, document: Document) -> Document:
-        """The document so."""
+        """The document with this choice."""
         return replace(document, paced=self.paced)
 
 
 @dataclass(frozen=True, slots=True)
 class SetLens:
-    """The lens of a file of another tool; None forgets it."""
+    """The lens from a file of another tool; None removes it."""
 
     lens: Lens | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that lens, for the size of its pictures.
+        """The document with this lens, for the size of its pictures.
 
         Raises:
-            UserError: the lens is of pictures of another aspect ratio.
+            UserError: the lens is for pictures of another aspect ratio.
         """
         lens = self.lens and self.lens.for_image_size(document.image_size)
         return replace(document, lens=lens)
@@ -68,7 +68,7 @@ class SetYaw:
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that yaw.
+        """The document with this yaw.
 
         Raises:
             UserError: no camera that looks ahead is turned so far.
@@ -84,7 +84,7 @@ class SetRoll:
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that roll.
+        """The document with this roll.
 
         Raises:
             UserError: no camera that somebody put up is tilted so far.
@@ -95,12 +95,12 @@ class SetRoll:
 
 @dataclass(frozen=True, slots=True)
 class SetLaneWidth:
-    """From one lane line to the other."""
+    """The distance between the lane lines."""
 
     belief: Belief | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that width.
+        """The document with this width.
 
         Raises:
             UserError: it is not a width.
@@ -111,7 +111,7 @@ class SetLaneWidth:
 
 @dataclass(frozen=True, slots=True)
 class SetVehicles:
-    """Vehicles that the drive shows, taken as rulers; none takes them back."""
+    """Vehicles of the drive, used as rulers; an empty list removes them."""
 
     vehicles: tuple[Ruler, ...]
 
@@ -122,13 +122,13 @@ class SetVehicles:
 
 @dataclass(frozen=True, slots=True)
 class SetSpeed:
-    """The mean speed over the stretch that was looked at, and what the drive makes of each m/s."""
+    """The mean speed over the measured part of the drive, and the scale for each m/s of it."""
 
     belief: Belief | None
     scale_per_mps: float | None
 
     def apply(self, document: Document) -> Document:
-        """The document with that speed.
+        """The document with this speed.
 
         Raises:
             UserError: it is not a speed.
@@ -139,7 +139,7 @@ class SetSpeed:
 
 @dataclass(frozen=True, slots=True)
 class SetEdges:
-    """Places along things that are straight in the world, (column, row) each; none takes them back."""
+    """Places (column, row) along lines that are straight in the world; an empty list removes them."""
 
     edges: tuple[tuple[tuple[float, float], ...], ...]
 
@@ -150,12 +150,12 @@ class SetEdges:
 
 @dataclass(frozen=True, slots=True)
 class SetBent:
-    """Whether the lens bends the picture, so that how much is fitted with the rest."""
+    """Whether the lens bends the picture, so that its distortion is fitted with the rest."""
 
     bent: bool
 
     def apply(self, document: Document) -> Document:
-        """The document so."""
+        """The document with this choice."""
         return replace(document, bent=self.bent)
 
 
