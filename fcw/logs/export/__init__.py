@@ -1,1 +1,1 @@
-"""Drive logs in the formats of others, one module a format; `clip` says what part of a drive is exported."""
+"""Exports drive logs to other formats, one module each; `clip` is the part of a drive to export."""

@@ -1,4 +1,4 @@
-"""Which drives are exported, and which part of them."""
+"""The drives to export, and the part of each."""
 
 import itertools
 import os
@@ -22,18 +22,18 @@ LONGEST_S = 1e9
 """Thirty years; their nanoseconds still fit into 64 bits."""
 
 Between = tuple[float, float]
-"""Seconds from the drive's first frame; both ends belong to the range."""
+"""A range in seconds from the first frame of the drive, including both ends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveClip:
-    """A drive, or the frames of a range of its time.
+    """A drive, or the frames in a time range of it.
 
     Attributes:
-        name: what files and rows call the drive.
+        name: name of the drive in files and rows.
         log: its log.
-        first_ns: time of the drive's first frame; seconds count from there, in a range too.
-        times_ns: (N,) int64, times of the clip's frames; at least one.
+        first_ns: time of the first frame of the drive, from which seconds count, also in a range.
+        times_ns: (N,) int64 times of the frames of the clip, at least one.
     """
 
     name: str
@@ -43,15 +43,15 @@ class DriveClip:
 
     @classmethod
     def open(cls, path: Path, name: str = "", between: Between | None = None) -> "DriveClip":
-        """The frames of a drive, or those of a range.
+        """Open a drive, or a range of it.
 
         Args:
             path: its log.
-            name: what to call it; by default after its folder.
+            name: its name; by default that of its folder.
             between: the range; None for the whole drive.
 
         Raises:
-            UserError: the file is no drive log, or holds no frame, or none in the range.
+            UserError: the file is not a drive log, or there is no frame in it or in the range.
         """
         log = DriveLog(path)
         times_ns = log.series().time_ns
@@ -71,11 +71,11 @@ class DriveClip:
         return cls(name or _names(path.resolve())[0], log, first_ns, times_ns)
 
     def results(self) -> Iterator[FrameResult]:
-        """The frames' results, in order."""
+        """The results of the frames in order."""
         return self.log.results(int(self.times_ns[0]), int(self.times_ns[-1]) + 1)
 
     def entries(self) -> Iterator[tuple[FrameResult, tuple[VideoPacket, ...]]]:
-        """The frames' results with their video packets, which need not start at a keyframe."""
+        """The results of the frames with their video packets, which need not start at a keyframe."""
         return self.log.entries(int(self.times_ns[0]), int(self.times_ns[-1]) + 1)
 
     def time_s(self, time_ns: int) -> float:
@@ -84,10 +84,10 @@ class DriveClip:
 
 
 def check_between(between: Between) -> None:
-    """See that a range is one.
+    """Check a range.
 
     Raises:
-        UserError: it ends before it starts, or is not of numbers of at least 0.
+        UserError: it ends before it starts, or its numbers are negative or not finite.
     """
     start_s, end_s = between
     if not 0 <= start_s <= end_s <= LONGEST_S:
@@ -98,14 +98,14 @@ def check_between(between: Between) -> None:
 
 
 def find_drives(paths: Sequence[Path]) -> dict[str, Path]:
-    """The drive logs that some paths stand for, each once, by names that are all different.
+    """Find the drive logs under some paths, each once, and give them unique names.
 
     Args:
         paths: drive logs, folders with a `drive.mcap`, and folders of such folders.
 
     Returns:
-        Name -> log. A drive has the name of its folder, or of its file where that has another name; where
-        two are alike, the folders above go before it, or, where that does not help, a number behind it.
+        Logs by name. The name is that of the folder, or of the file if that is not called `drive.mcap`. Equal
+        names get the folders above as a prefix or, if that does not help, a number as a suffix.
 
     Raises:
         UserError: a path does not exist, or is a folder without any drive.
@@ -130,7 +130,7 @@ def find_drives(paths: Sequence[Path]) -> dict[str, Path]:
 
 
 def _logs(path: Path) -> list[Path]:
-    """Those of a path, resolved."""
+    """The resolved paths of the logs under a path."""
     if not path.exists():
         raise UserError(f"{path}: no such file or folder; expected a drive.mcap of `fcw run`, or its folder")
     if not path.is_dir():
@@ -158,9 +158,9 @@ def _logs(path: Path) -> list[Path]:
 
 
 def _names(log: Path) -> list[str]:
-    """Names of a log, whose path is resolved, and of the folders above it, from the nearest up.
+    """Names of a log, whose path is resolved, and of the folders above it, the nearest first.
 
-    Bytes that are no UTF-8 are escapes in them, so that every table and page can be written.
+    Bytes that are not UTF-8 are escaped, so that every table and page can be written.
     """
     parts = list(log.parent.parts[1:]) or ["drive"]
     own = [] if log.name == MCAP_NAME else [log.stem]

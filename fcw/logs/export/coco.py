@@ -1,4 +1,4 @@
-"""Boxes of drives as COCO, and beside them the pictures and calibrations that `fcw train` wants."""
+"""Writes boxes of drives as COCO, with the pictures and calibrations that `fcw train` needs."""
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ PICTURES_NAME, CALIBRATIONS_NAME = "images", "calibration"
 _JPEG_QUALITY = 95
 
 FrameBoxes = tuple[FrameResult, Sequence[tuple[Box, Mapping[str, Any]]]]
-"""A frame, and its boxes with what their annotations say beside COCO's own fields."""
+"""A frame, and its boxes with the fields of their annotations besides those of COCO."""
 
 
 def write_coco(
@@ -33,13 +33,13 @@ def write_coco(
 ) -> int:
     """Write frames of drives as one file of COCO labels.
 
-    An image's `file_name` is `<drive>/<frame>.jpg`; `clip` is its drive, `frame` and `time_ns` are its place
-    in it.
+    The `file_name` of an image is `<drive>/<frame>.jpg`, `clip` is its drive, and `frame` and `time_ns` are
+    its place in the drive.
 
     Args:
         path: the file.
         clips: the drives.
-        frames_of: the frames of a drive to write, with their boxes, in order: `track_frames` for the log's.
+        frames_of: gives the frames of a drive with their boxes in order; `track_frames` gives the log's.
         with_pictures: also write the pictures to `images/` and the calibrations to `calibration/` beside it.
 
     Returns:
@@ -59,8 +59,7 @@ def _write(
     frames_of: Callable[[DriveClip], Iterable[FrameBoxes]],
     with_pictures: bool,
 ) -> int:
-    """Write the labels to an open file, the boxes as they come: those of hours would fill the memory.
-    What is said of each picture waits."""
+    """Write the labels to an open file, the boxes at once, because those of hours would fill the memory."""
     head = json.dumps(
         {"info": {"description": "vehicles followed by fcw", "version": __version__}, "categories": [VEHICLE]}
     )
@@ -98,8 +97,8 @@ def track_frames(clip: DriveClip, on_frame: Callable[[], None], every: int = 1) 
 
     Args:
         clip: the drive.
-        on_frame: called after each frame, those left out included.
-        every: of the drive's frames 0, every, 2 every, ...; the others are left out.
+        on_frame: called after each frame, also after those that are left out.
+        every: keep only the frames 0, every, 2 every, ... of the drive.
     """
     for result in clip.results():
         if result.index % every == 0:

@@ -1,4 +1,4 @@
-"""What stands in the tables: names with their units, and what they mean. `docs/export.md` lists the same."""
+"""The columns of the tables: names with their units, and their meanings, as listed in `docs/export.md`."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ class Column(Generic[Row]):
     """One column of a table.
 
     Attributes:
-        name: with its unit at the end where it has one.
-        kind: Arrow's name of its type; any column but the first ones may be empty.
-        unit: as people write it; empty where it has none.
-        meaning: one line for a person.
-        value: of a row; None where the cell is empty.
+        name: its name, with the unit at the end if it has one.
+        kind: Arrow's name of its type; all columns but the first ones may be empty.
+        unit: its unit; empty if it has none.
+        meaning: its meaning in one line.
+        value: gives the value for a row; None for an empty cell.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Column(Generic[Row]):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackRow:
-    """One track at one frame, or a frame that has none."""
+    """One track at one frame, or a frame without tracks."""
 
     clip: DriveClip
     result: FrameResult
@@ -51,7 +51,7 @@ class EventRow:
 
 
 def track_rows(clips: Iterable[DriveClip], on_frame: Callable[[], None]) -> Iterator[TrackRow]:
-    """A row for each track of each frame; a frame without tracks has one row, so that none is missing."""
+    """A row for each track of each frame; a frame without tracks has one row, so that no frame is missing."""
     for clip in clips:
         for result in clip.results():
             for track in result.tracks or (None,):
@@ -275,7 +275,7 @@ TRACK_COLUMNS: tuple[Column[TrackRow], ...] = (
     _of_track("doubtful", "bool", "", "whether it may be no vehicle; it is no lead, and raises no warning"),
     _of_track("found_part", "float64", "", "in how many of its frames the detector found it"),
 )
-"""Everything in a frame's result but the raw detections."""
+"""Everything in the result of a frame except the raw detections."""
 
 
 def _of_event(name: str, kind: Kind, unit: str, meaning: str) -> Column[EventRow]:

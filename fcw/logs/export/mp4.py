@@ -1,4 +1,4 @@
-"""A drive's video as MP4: with an overlay drawn into it, or the log's own packets as they are."""
+"""Writes the video of a drive as MP4, with an overlay or with the log's own packets as they are."""
 
 import io
 from collections.abc import Callable, Iterator
@@ -22,13 +22,13 @@ Draw = Callable[[NDArray[np.uint8], FrameResult], None]
 """Draws over a (height, width, 3) BGR picture, in place."""
 
 TICKS_PER_S = 90_000
-"""MP4's usual clock: 24, 25, 29.97, 30, 50, 59.94 and 60 frames a second are whole numbers of ticks."""
+"""MP4's usual clock, in which 24, 25, 29.97, 30, 50, 59.94 and 60 frames a second are whole ticks."""
 
 
 def write_overlay_mp4(path: Path, clip: DriveClip, draw: Draw, on_frame: Callable[[], None]) -> int:
-    """Encode a drive's pictures with something drawn over them: H.264 that browsers play.
+    """Encode the pictures of a drive with something drawn over them, as H.264 that browsers can play.
 
-    Of a log that is torn, the pictures that are there are written.
+    Of an incomplete log, the existing pictures are written.
 
     Args:
         path: the file.
@@ -46,10 +46,10 @@ def write_overlay_mp4(path: Path, clip: DriveClip, draw: Draw, on_frame: Callabl
 
 
 def write_relayed_mp4(path: Path, clip: DriveClip, on_frame: Callable[[], None]) -> int:
-    """Write the log's own video packets, bit for bit; the clip's first frame must come with a keyframe.
+    """Write the log's own video packets, bit for bit; the first frame of the clip must be at a keyframe.
 
     Returns:
-        The number of packets; more than the frames where some only feed the decoder.
+        The number of packets, which is larger than that of frames if some only feed the decoder.
 
     Raises:
         UserError: the log has no pictures, or the file cannot be written.
@@ -87,10 +87,10 @@ def _own_packets(clip: DriveClip, on_frame: Callable[[], None]) -> Iterator[Vide
 
 
 def _write(path: Path, clip: DriveClip, packets: Iterator[VideoPacket]) -> int:
-    """Packets, the first one a keyframe, as MP4 with the index first.
+    """Write packets, the first of which is a keyframe, as MP4 with the index first.
 
-    Pictures that stand back in time, as a recorder's clock may, are in a log only to feed the decoder: MP4
-    wants rising times, and shows them for a tick.
+    Pictures whose times step back, as with a recorder's clock, are in a log only to feed the decoder. MP4
+    needs rising times, so that they are shown for one tick.
     """
     first = next(packets, None) if len(clip.log.series().keyframe_ns) else None
     if first is None:
@@ -108,7 +108,7 @@ def _write(path: Path, clip: DriveClip, packets: Iterator[VideoPacket]) -> int:
         def mux(packet: VideoPacket, ticks: int, duration_ticks: int) -> None:
             muxed = av.Packet(packet.data)
             muxed.stream, muxed.time_base = stream, Fraction(1, TICKS_PER_S)
-            # No B frames in a log or of ours: packets are decoded in the order in which they are shown.
+            # Logs and our own encoder have no B frames, so packets are decoded in the order of presentation.
             # Those that only feed the decoder have times below 0, which an edit list keeps from being shown.
             muxed.pts = muxed.dts = ticks
             muxed.duration = duration_ticks

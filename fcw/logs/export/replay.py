@@ -1,4 +1,4 @@
-"""A drive, or a range of it, as a log of its own: in MCAP, or in whatever else a `Sink` writes."""
+"""Writes a drive, or a range of it, as a separate log, in MCAP or the format of any other `Sink`."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +11,7 @@ from fcw.units import NS_PER_S
 
 
 def with_its_keyframe(clip: DriveClip) -> tuple[DriveClip, float]:
-    """The clip from the keyframe at or before its start, as its pictures can be decoded from there only.
+    """The clip from the keyframe at or before its start, because its pictures decode only from there.
 
     Returns:
         The clip, and how many seconds earlier it starts.
@@ -27,13 +27,13 @@ def with_its_keyframe(clip: DriveClip) -> tuple[DriveClip, float]:
 
 
 def replay(clip: DriveClip, sink: Sink, on_frame: Callable[[], None]) -> int:
-    """Give a clip's header, results and video packets to a sink, and close it.
+    """Write the header, results and video packets of a clip to a sink, and close it.
 
-    Results keep their numbers and times. Of the first frame, packets before its keyframe are left out.
+    Results keep their numbers and times. Packets before the keyframe of the first frame are left out.
 
     Args:
-        clip: what to write; see `with_its_keyframe`.
-        sink: where.
+        clip: the clip; see `with_its_keyframe`.
+        sink: the sink.
         on_frame: called after each frame.
 
     Returns:

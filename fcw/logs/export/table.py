@@ -1,4 +1,4 @@
-"""Tables as CSV and Parquet."""
+"""Writes tables as CSV and Parquet."""
 
 import csv
 from collections.abc import Iterable, Sequence
@@ -12,17 +12,17 @@ from fcw.logs.export.columns import Column
 
 Row = TypeVar("Row")
 ROWS_PER_GROUP = 65_536
-"""Of a Parquet file: about ten minutes of a motorway drive, some MB in memory."""
+"""Rows per group of a Parquet file: about ten minutes on a motorway, and some MB in memory."""
 
 
 def write_csv(path: Path, columns: Sequence[Column[Row]], rows: Iterable[Row]) -> int:
-    """Write a table as CSV (RFC 4180, UTF-8, a line of names) and return the number of its rows.
+    """Write a table as CSV (RFC 4180, UTF-8, with a line of names) and return the number of its rows.
 
-    Numbers keep all their digits, an unbounded one is `inf`, truth is `true` or `false`, and what there is
-    none of is empty.
+    Numbers have all their digits, an unbounded one is `inf`, truth values are `true` and `false`, and missing
+    values are empty.
 
     Raises:
-        UserError: the file cannot be written there.
+        UserError: the file cannot be written.
     """
     count = 0
     with whole_file(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
@@ -35,17 +35,17 @@ def write_csv(path: Path, columns: Sequence[Column[Row]], rows: Iterable[Row]) -
 
 
 def write_parquet(path: Path, columns: Sequence[Column[Row]], rows: Iterable[Row]) -> int:
-    """Write a table as Parquet and return the number of its rows; a field's metadata says unit and meaning.
+    """Write a table as Parquet and return the number of its rows; unit and meaning are metadata of a field.
 
     Raises:
-        UserError: pyarrow is not installed, or the file cannot be written there.
+        UserError: pyarrow is not installed, or the file cannot be written.
     """
     with whole_file(path) as partial:
         return fill_parquet(partial, columns, rows)
 
 
 def fill_parquet(path: Path, columns: Sequence[Column[Row]], rows: Iterable[Row]) -> int:
-    """As `write_parquet`, into a partial file that the caller takes care of.
+    """The same as `write_parquet`, into a partial file that the caller completes.
 
     Raises:
         UserError: pyarrow is not installed.

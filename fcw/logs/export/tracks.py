@@ -1,4 +1,4 @@
-"""Tracks as the files of two benchmarks: KITTI tracking and MOTChallenge."""
+"""Writes tracks in the formats of two benchmarks: KITTI tracking and MOTChallenge."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -12,24 +12,25 @@ from fcw.logs.records import FrameResult
 from fcw.tracking.types import Track
 
 KITTI_TYPE = "Car"
-"""The detector finds vehicles and does not tell their kinds; KITTI's class for them is this one."""
+"""KITTI's class for all vehicles, because the detector does not tell their kinds."""
 UNKNOWN_STATE = -1
 UNKNOWN_ANGLE_RAD = -10
 UNKNOWN_SIZE_M = -1
 UNKNOWN_PLACE_M = -1000
-"""KITTI's own marks for what a tracker does not say (readme of its tracking benchmark)."""
+"""KITTI's value for what a tracker does not provide (readme of its tracking benchmark)."""
 REAR_LENGTH_M = 0
-"""Only its rear is seen: the vehicle is as long as that, and its location is the rear's."""
+"""Length of a vehicle: only its rear is seen, and its location is that of the rear."""
 MOT_ORIGIN = 1
 """MOTChallenge counts frames and pixels from 1."""
 MOT_NO_WORLD = "-1,-1,-1"
 
 
 def kitti_lines(result: FrameResult, calibration: Calibration) -> Iterator[str]:
-    """The frame's tracks as lines of a KITTI tracking result.
+    """The tracks of a frame as lines of a KITTI tracking result.
 
-    frame, track id, type, truncated, occluded, alpha, box (left, top, right, bottom), dimensions (height,
-    width, length), location (x, y, z in the camera's axes: right, down, forward), rotation, score.
+    The fields are frame, track id, type, truncated, occluded, alpha, box (left, top, right, bottom),
+    dimensions (height, width, length), location (x, y, z in the axes of the camera: right, down, forward),
+    rotation and score.
     """
     for track in result.tracks:
         box = track.box
@@ -47,9 +48,9 @@ def kitti_lines(result: FrameResult, calibration: Calibration) -> Iterator[str]:
 
 
 def mot_lines(result: FrameResult) -> Iterator[str]:
-    """The frame's tracks as lines of a MOTChallenge result.
+    """The tracks of a frame as lines of a MOTChallenge result.
 
-    frame, id, left, top, width and height of the box, score, and -1 for each coordinate in the world.
+    The fields are frame, id, left, top, width and height of the box, score, and -1 for each world coordinate.
     """
     for track in result.tracks:
         box = track.box

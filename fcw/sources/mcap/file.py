@@ -1,4 +1,4 @@
-"""An MCAP file of anybody's, read as a stream: its topics, the messages of some of them, its attachments."""
+"""Reads any MCAP file as a stream: its topics, the messages of some of them, and its attachments."""
 
 import struct
 from collections import deque
@@ -27,22 +27,22 @@ DAMAGED = (
     *(McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, OverflowError, RuntimeError),
     MemoryError,  # a length that is damaged may be any
 )
-"""What mcap's reader and its decompressors raise where a file ends early or holds other bytes."""
+"""What mcap's reader and its decompressors raise if a file ends early or is damaged."""
 UNDECODABLE = (DecodeError, *DAMAGED, IndexError, TypeError, NotImplementedError)
-"""What the decoders of messages raise where a message is not of its schema."""
+"""What the decoders raise if a message does not match its schema."""
 NOT_AS_NAMED = (AttributeError, TypeError, ValueError, IndexError, ArithmeticError)
-"""What reading a field raises where a schema, which is the file's own, is not what its name says."""
+"""What reading a field raises if the file's own schema is not what its name suggests."""
 
 LATEST_NS = 2**63 - 1
-"""In the year 2262; MCAP counts twice as far."""
+"""In the year 2262; MCAP's times go twice as far."""
 Decoder = Callable[[bytes], object]
 Read = TypeVar("Read")
 DELAY_MARGIN_NS = 2_000_000_000
-"""How much sooner than the first message, counted from its stamp, another may have been logged."""
+"""How much shorter than that of the first message the delay of another message may be."""
 BESIDE = 3
-"""So many messages before one, and as many after it, tell how late it should have been logged."""
+"""So many messages before and after a message show what its delay should be."""
 STRAY_NS = 5_000_000_000
-"""No message is on its way so much longer or shorter than those beside it: its stamp is wrong."""
+"""If the delay of a message differs by more than this from its neighbours', its stamp is wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +50,11 @@ class Topic:
     """A topic of a file.
 
     Attributes:
-        name: of the topic.
-        type: name of its messages' schema, without the `/msg/` that ROS 2 puts in.
-        readable: whether there is a decoder for its encoding: protobuf, or ROS 2's CDR.
-        count: number of its messages; None where the file does not say.
-        encoding: of its messages, and that of their schema, as the file has them.
+        name: name of the topic.
+        type: name of the schema of its messages, without the `/msg/` of ROS 2.
+        readable: whether there is a decoder for its encoding, which is protobuf or ROS 2's CDR.
+        count: number of its messages; None if the file does not state it.
+        encoding: encodings of its messages and of their schema, as stated in the file.
     """
 
     name: str
@@ -72,9 +72,9 @@ class Logged:
     """A message.
 
     Attributes:
-        topic: its topic's name.
+        topic: name of its topic.
         log_ns: when it was logged.
-        content: its fields as attributes; None where it could not be decoded.
+        content: its fields as attributes; None if it could not be decoded.
     """
 
     topic: str
@@ -82,7 +82,7 @@ class Logged:
     content: Any
 
     def read(self, fields: Callable[[Any], Read]) -> Read | None:
-        """What a function makes of the fields; None without them, or where they are not what it needs."""
+        """Apply a function to the fields; None if there are none, or they are not what it needs."""
         if self.content is None:
             return None
         try:
@@ -92,13 +92,13 @@ class Logged:
 
     @property
     def stamp_ns(self) -> int | None:
-        """The message's own time stamp; None where it has none, one out of range, or 0, that of no clock."""
+        """The message's own time stamp; None if it has none, or it is out of range or 0 (no clock)."""
         stamp_ns = self.read(_stamp_ns)
         return stamp_ns if stamp_ns is not None and 0 < abs(stamp_ns) <= LATEST_NS else None
 
     @property
     def delay_ns(self) -> int | None:
-        """How much later than its stamp it was logged; None without one."""
+        """How much later than its stamp it was logged; None without a stamp."""
         return None if (stamp_ns := self.stamp_ns) is None else self.log_ns - stamp_ns
 
 
@@ -107,8 +107,8 @@ class Timed(NamedTuple):
 
     Attributes:
         message: the message.
-        time_ns: its time on its topic's clock.
-        stray: whether its stamp says another one, which cannot be.
+        time_ns: its time on the clock of its topic.
+        stray: whether its stamp was not used because it cannot be right.
     """
 
     message: Logged
@@ -118,10 +118,10 @@ class Timed(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """The times of a topic's messages.
+    """Gives the times of the messages of a topic.
 
     Attributes:
-        stamps: whether they are the messages' own stamps; else log times.
+        stamps: whether the times are the messages' own stamps; else they are log times.
         delay_ns: how much later than their times the first messages were logged.
     """
 
@@ -130,17 +130,17 @@ class Clock:
 
     @classmethod
     def of(cls, file: "McapFile", topic: str) -> "Clock":
-        """The clock that the first messages of a topic show."""
+        """The clock of a topic, from its first messages."""
         first = [message.delay_ns for message in islice(file.messages([topic]), 2 * BESIDE + 1)]
         if not first or first[0] is None:
             return cls(False, 0)
         return cls(True, median_high(delay_ns for delay_ns in first if delay_ns is not None))
 
     def timed(self, messages: Iterable[Logged]) -> Iterator[Timed]:
-        """Messages of a topic with their times, in the order in which they come.
+        """Messages of a topic with their times, in the order of the file.
 
-        One that nobody stamped, or whose stamp is stray, has the time at which it was logged, less what those
-        beside it took. They alone are asked: over a recording a clock may drift, and be set.
+        A message without a stamp, or with a stray one, gets its log time minus the delay of its neighbours.
+        Only neighbours are used, because a clock may drift or be set during a recording.
         """
         if not self.stamps:
             yield from (Timed(message, message.log_ns) for message in messages)
@@ -163,24 +163,24 @@ class Clock:
                 before.append(delay_ns)
 
     def search_ns(self, time_ns: int) -> int:
-        """A log time surely before that of a message with a time."""
+        """A log time that is certainly before that of a message with this time."""
         return max(time_ns + self.delay_ns - (DELAY_MARGIN_NS if self.stamps else 0), 0)
 
 
 class McapFile:
-    """A file whose messages are read a chunk at a time.
+    """An MCAP file, whose messages are read one chunk at a time.
 
     Attributes:
-        path: the file.
-        topics: what it holds, by name.
-        torn: whether it was never finished or is damaged; it is read up to there.
+        path: path of the file.
+        topics: its topics by name.
+        torn: whether it is unfinished or damaged; then it is read up to that place.
     """
 
     def __init__(self, path: Path) -> None:
-        """Read what the file says of itself; one without a summary is read through once.
+        """Read the summary of the file; a file without one is read through once.
 
         Raises:
-            UserError: the file cannot be read, or is no MCAP.
+            UserError: the file cannot be read, or is not MCAP.
         """
         self.path = path
         self.torn = False
@@ -210,15 +210,15 @@ class McapFile:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """That the file is torn or damaged, once that is known."""
+        """A note if the file is unfinished or damaged, once that is known."""
         return (f"{self.path.name}: the file was never finished or is damaged; read up to there",) * self.torn
 
     def messages(
         self, topics: Iterable[str], start_log_ns: int | None = None, as_they_stand: bool = False
     ) -> Iterator[Logged]:
-        """Messages of some topics: in the order of their log times, or of a file without index as they stand.
+        """Messages of some topics by log time; without an index, in the order of the file.
 
-        A damaged file gives what stands before the damage, and `torn` is set.
+        Of a damaged file, everything before the damage is read, and `torn` is set.
         """
         decoders = _decoders()
         found: dict[int, Decoder | None] = {}
@@ -239,7 +239,7 @@ class McapFile:
                 self.torn = True
 
     def attachment(self, name: str) -> bytes | None:
-        """The data of the first attachment of that name; None where there is none."""
+        """The data of the first attachment with this name; None if there is none."""
         with self._opened() as file:
             try:
                 if not self._indexed:
@@ -294,12 +294,12 @@ class McapFile:
 
 
 def stray_notes(label: str, strays: int, what: str) -> tuple[str, ...]:
-    """That times of a topic are not those of its stamps; nothing where they are.
+    """A note that stray stamps of a topic were not used; empty if there were none.
 
     Args:
         label: file and topic.
         strays: number of messages with a stray stamp.
-        what: each of them is.
+        what: what each of these messages is.
     """
     if not strays:
         return ()
@@ -326,7 +326,7 @@ def _decoders() -> tuple[ProtobufDecoders, Ros2Decoders]:
 def _decoder(
     decoders: tuple[ProtobufDecoders, Ros2Decoders], channel: Channel, schema: Schema | None
 ) -> Decoder | None:
-    """What decodes a channel's messages; None where nothing here does."""
+    """The decoder for the messages of a channel; None if there is none."""
     try:
         choices = (decoder.decoder_for(channel.message_encoding, schema) for decoder in decoders)
         return next((choice for choice in choices if choice is not None), None)

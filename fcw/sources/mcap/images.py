@@ -1,4 +1,4 @@
-"""Pictures in an MCAP file that stand each for itself, encoded or raw."""
+"""Reads single pictures from an MCAP file, encoded or raw."""
 
 from collections.abc import Callable, Iterator
 from itertools import islice
@@ -14,16 +14,16 @@ from fcw.sources.mcap.pictures import PICTURE_READERS, Image, UnknownPictureErro
 from fcw.sources.mcap.video import counted, frame_rate_hz
 
 RATE_PICTURES = 32
-"""As many pictures at the beginning tell the rate."""
+"""Number of pictures at the beginning from which the rate is computed."""
 
 
 class McapImageSource:
-    """Pictures each encoded for itself, or raw.
+    """Reads pictures that are encoded one by one, or raw.
 
     Attributes:
-        image_size: of every picture.
-        frame_rate_hz: from the median step at the beginning.
-        relays_video: False, as there are no packets.
+        image_size: size of every picture.
+        frame_rate_hz: rate from the median step at the beginning.
+        relays_video: False, because there are no packets.
     """
 
     relays_video = False
@@ -32,7 +32,7 @@ class McapImageSource:
         """Decode the first picture.
 
         Raises:
-            UserError: there is none, or the pictures are in a form that is not read here.
+            UserError: there is none, or the pictures have a form that cannot be read.
         """
         self._file, self._topic = file, topic
         self._label = f"{file.path}: {topic}"
@@ -64,7 +64,7 @@ class McapImageSource:
 
     @property
     def frame_count(self) -> int | None:
-        """Number of messages, where the file states it."""
+        """Number of messages, if the file states it."""
         return self._topic.count
 
     @property

@@ -1,4 +1,4 @@
-"""Pictures in the messages of Foxglove and of ROS 2."""
+"""Decodes pictures in the messages of Foxglove and ROS 2."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -29,7 +29,7 @@ _RAW_FORMS: dict[str, tuple[int, int | None]] = {
     "bayer_gbrg8": (1, cv2.COLOR_BayerGBRG2BGR),
     "bayer_bggr8": (1, cv2.COLOR_BayerBGGR2BGR),
 }
-"""Bytes a pixel of each encoding, and OpenCV's conversion to BGR; names as in foxglove.RawImage and ROS 2."""
+"""Bytes per pixel and OpenCV's conversion to BGR for each encoding of foxglove.RawImage and ROS 2."""
 
 
 class CompressedMessage(Protocol):
@@ -50,11 +50,11 @@ class RawMessage(Protocol):
 
 
 class UnknownPictureError(Exception):
-    """A picture in a form that is not read here; the text names it and those that are."""
+    """A picture has a form that cannot be read; the text names it and the known ones."""
 
 
 def compressed_image(message: CompressedMessage) -> Image | None:
-    """foxglove.CompressedImage or sensor_msgs/CompressedImage as BGR; None where it is damaged."""
+    """foxglove.CompressedImage or sensor_msgs/CompressedImage as BGR; None if it is damaged."""
     if "compressedDepth" in message.format:
         raise UnknownPictureError(f"pictures of the form {message.format!r}; expected JPEG, PNG or WebP")
     return decode_picture(message.data)
@@ -63,7 +63,7 @@ def compressed_image(message: CompressedMessage) -> Image | None:
 def raw_image(message: RawMessage) -> Image | None:
     """foxglove.RawImage or sensor_msgs/Image as BGR.
 
-    None where it has fewer bytes than its size asks for, or is larger than any camera's.
+    None if it has fewer bytes than its size needs, or is larger than that of any camera.
     """
     form = _RAW_FORMS.get(message.encoding.lower())
     if form is None:

@@ -1,10 +1,10 @@
-"""MCAP files as drives: Foxglove's and ROS 2's pictures and video, and this program's own logs.
+"""Reads MCAP files as drives: pictures and video of Foxglove and ROS 2, and this program's own logs.
 
-The time of a picture is its message's own stamp (`header.stamp`, `timestamp`), which says when the camera
-saw it; a log time also has the way to the recorder in it. Where the first picture of a topic has no stamp,
-the log times count, and so does that of a picture whose stamp is far from those of its neighbours. Both are
-kept as they are, mostly nanoseconds since 1970, so that a log lines up with the file it was made from. Files
-are read a chunk at a time, torn ones up to where they end.
+The time of a picture is the stamp in its message (`header.stamp`, `timestamp`), which is when the camera saw
+it; the log time includes the delay to the recorder. If the first picture of a topic has no stamp, log times
+are used. The log time is also used for a picture whose stamp is far from those of its neighbours. Times stay
+as they are, mostly nanoseconds since 1970, so that a log matches the file it was made from. Files are read
+one chunk at a time, unfinished ones up to their end.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,25 +21,25 @@ from fcw.sources.mcap.pictures import PICTURE_TYPES, VIDEO_CODECS, VIDEO_TYPES
 from fcw.sources.mcap.video import PacketVideoSource, counted, reorders
 
 OWN_LOG_TYPE = "fcw.VideoPacket"
-"""Only this program's logs say of each packet whether it is shown."""
+"""Only logs of this program state whether a packet is shown."""
 ORDER_PACKETS = 64
-"""So many packets show their order: of no codec more than 16 pictures wait for others."""
+"""So many packets show their order, because no codec lets more than 16 pictures wait for others."""
 MOST_PARAMETER_BYTES = 1 << 16
-"""Of parameter sets that come in messages of their own."""
+"""Largest size of parameter sets in separate messages."""
 READ_ENCODINGS = ("protobuf with protobuf", "cdr with ros2msg")
-"""Of messages, with those of their schemas."""
+"""Encodings of messages and their schemas that can be read."""
 
 
 def open_mcap(path: Path, topic: str | None = None) -> Source:
-    """The pictures of an MCAP file.
+    """Open the pictures of an MCAP file.
 
     Args:
         path: the file.
-        topic: whose pictures; None where there is one topic of pictures only.
+        topic: the topic of the pictures; None if there is only one.
 
     Raises:
-        UserError: the file is no MCAP, has no pictures, several topics of them and none is named, or not the
-            named one, or its pictures are in a form that is not read here.
+        UserError: the file is not MCAP or has no pictures; several topics have pictures and none is named;
+            the named topic does not exist; or its pictures have a form that cannot be read.
     """
     file = McapFile(path)
     pictures = picture_topic(file, topic)
@@ -63,12 +63,12 @@ def open_mcap(path: Path, topic: str | None = None) -> Source:
 
 
 def is_own_log(file: McapFile) -> bool:
-    """Whether a file is one drive log of this program; of two that were merged each topic counts alone."""
+    """Whether a file is one drive log of this program; two merged logs are read as separate topics."""
     return sum(topic.type == OWN_LOG_TYPE for topic in file.topics) == 1
 
 
 def picture_topic(file: McapFile, name: str | None) -> Topic:
-    """The topic of pictures to read; an empty one counts only where it is named.
+    """The topic of pictures to read; an empty one counts only if it is named.
 
     Raises:
         UserError: see `open_mcap`.
@@ -105,14 +105,14 @@ def picture_topic(file: McapFile, name: str | None) -> Topic:
 
 
 def _unreadable(topic: Topic) -> str:
-    """Why a topic's messages cannot be read."""
+    """Why the messages of a topic cannot be read."""
     if topic.encoding in READ_ENCODINGS:
         return f"the schema of its messages ({topic.encoding}) is damaged; record or convert it again"
     return f"its messages are {topic.encoding}; expected {' or '.join(READ_ENCODINGS)}: convert it first"
 
 
 def _codec(file: McapFile, topic: Topic) -> str:
-    """FFmpeg's name of a topic's codec."""
+    """FFmpeg's name for the codec of a topic."""
     first = next(file.messages([topic.name]), None)
     stated = (None if first is None else first.read(lambda content: str(content.format))) or ""
     codec = VIDEO_CODECS.get(stated.lower())
@@ -124,7 +124,7 @@ def _codec(file: McapFile, topic: Topic) -> str:
 
 
 class _ForeignPackets:
-    """The packets of a topic from the first keyframe on: a recording may begin between two."""
+    """The packets of a topic from the first keyframe on; a recording may begin between two keyframes."""
 
     def __init__(self, file: McapFile, topic: Topic, codec: str) -> None:
         self._file, self._topic, self._codec = file, topic, codec
@@ -133,10 +133,10 @@ class _ForeignPackets:
         self._before_keyframe, self._strays = 0, 0
 
     def _log_times_disorder(self) -> bool:
-        """Whether the packets are in decoding order as they stand in the file, but not by their log times.
+        """Whether the packets are in decoding order in the file, but not by their log times.
 
-        So it is with a video whose pictures refer to later ones, if whoever wrote the file gave each packet
-        the time of its picture for its log time: the times then step back as the packets stand.
+        This happens with a video whose pictures refer to later ones, if the log time of each packet is the
+        time of its picture. Then the log times step back in the order of the file.
         """
         by_log, standing = (
             [*islice(self._clock.timed(self._file.messages([self._topic.name], None, stand)), ORDER_PACKETS)]
@@ -149,7 +149,7 @@ class _ForeignPackets:
 
     @property
     def other_form(self) -> str:
-        """What to do where the packets have lengths instead of start codes, as in an MP4 file."""
+        """What to do if the packets have lengths instead of start codes, as in an MP4 file."""
         first = next(self._file.messages([self._topic.name]), None)
         data = None if first is None else first.read(_data)
         if not data or self._codec not in ("h264", "hevc") or h264.is_annex_b(data):
@@ -161,7 +161,7 @@ class _ForeignPackets:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be read of the file by now, and what was left out of the topic."""
+        """What could not be read so far, and what was left out of the topic."""
         label = f"{self._file.path}: {self._topic.name}"
         strays = stray_notes(label, self._strays, "picture")
         if not self._before_keyframe:
@@ -173,7 +173,7 @@ class _ForeignPackets:
         """See `PacketStream`."""
         started = self._codec != "h264"
         before, strays = 0, 0
-        # Before the keyframe there may be a message with its parameter sets.
+        # A message with its parameter sets may precede the keyframe.
         search_ns = None if key_ns is None else max(self._clock.search_ns(key_ns) - DELAY_MARGIN_NS, 0)
         messages = self._file.messages([self._topic.name], search_ns, self._as_they_stand)
         apart = b""

@@ -1,4 +1,4 @@
-"""A stream of video packets, one a picture, as MCAP logs hold them."""
+"""Reads a stream of video packets, one for each picture, as in MCAP logs."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -21,10 +21,10 @@ from fcw.sources import h264
 from fcw.units import NS_PER_S
 
 REORDERING_PACKETS = 16
-"""H.264 and its successors keep 16 pictures back at most; older packets have given theirs."""
+"""H.264 and its successors delay at most 16 pictures; older packets have already given theirs."""
 
 PacketStream = Callable[[int | None], Iterator[VideoPacket]]
-"""Packets in decoding order: all of them, or from the keyframe at the given time on."""
+"""Gives packets in decoding order: all of them, or from the keyframe at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +32,10 @@ class _Table:
     """What one pass over the packets shows, without decoding.
 
     Attributes:
-        times_ns: times of the pictures meant to be shown, ascending.
-        keyframes_ns: times of the packets where decoding can start, ascending.
-        relayable: no B slices, and it begins with a keyframe.
-        disordered: pictures refer to later ones, but stand in the order in which they are shown.
+        times_ns: times of the pictures that are meant to be shown, ascending.
+        keyframes_ns: times of the packets at which decoding can start, ascending.
+        relayable: whether there are no B slices, and the first packet is a keyframe.
+        disordered: whether pictures refer to later ones but are stored in presentation order.
     """
 
     times_ns: NDArray[np.int64]
@@ -45,12 +45,12 @@ class _Table:
 
 
 class PacketVideoSource:
-    """Pictures of a stream of packets.
+    """Reads the pictures of a stream of packets.
 
     Attributes:
-        name: the file's.
-        image_size: of every picture.
-        zero_utc_ns: see `fcw.frame.DatedSource`; a log of this program may know it.
+        name: name of the file.
+        image_size: size of every picture.
+        zero_utc_ns: see `fcw.frame.DatedSource`; a log of this program may have it.
     """
 
     zero_utc_ns: int | None = None
@@ -67,12 +67,13 @@ class PacketVideoSource:
         """Decode the first picture.
 
         Args:
-            name: of the source.
+            name: name of the source.
             label: file and topic, for messages.
-            packets: the stream; asked for anew for each pass.
+            packets: gives the stream, once for each pass.
             codec: FFmpeg's name of its codec.
-            file_notes: what is to be known of the file by now.
-            stated_size: of the pictures, where the file says so; encoded, odd ones have a row or column more.
+            file_notes: gives the present notes about the file.
+            stated_size: size of the pictures, if the file states it; encoded pictures of odd size have one
+                more row or column.
 
         Raises:
             UserError: no picture in it decodes.
@@ -98,12 +99,12 @@ class PacketVideoSource:
 
     @property
     def times_ns(self) -> NDArray[np.int64]:
-        """Times of all pictures, ascending, found in one pass over the packets without decoding."""
+        """Times of all pictures, ascending, from one pass over the packets without decoding."""
         return self._table.times_ns
 
     @property
     def frame_rate_hz(self) -> float:
-        """From the median step of the times."""
+        """Rate from the median step of the times."""
         return frame_rate_hz(self.times_ns)
 
     @property
@@ -119,8 +120,8 @@ class PacketVideoSource:
     def frames(self, start_ns: int | None = None) -> Iterator[Frame]:
         """Frames from the first one at or after `start_ns`.
 
-        The first frame carries the packets before it that its decoding needs, marked not shown, and so does
-        one after pictures that were left out.
+        The first frame carries the earlier packets that its decoding needs, marked as not shown. So does a
+        frame after pictures that were left out.
         """
         table, relays = self._table, self.relays_video
         key_ns = None
@@ -156,7 +157,7 @@ class PacketVideoSource:
         self._notes = tuple(self._lost(late))
 
     def _pictures(self, key_ns: int | None) -> Iterator[tuple[VideoFrame, tuple[VideoPacket, ...]]]:
-        """Every picture that decodes, with the packets since the one before, its own last."""
+        """Every picture that decodes, with the packets since the previous one; its own packet is the last."""
         codec = _decoder(self._codec)
         fed: dict[int, VideoPacket] = {}
         handed = -1
@@ -191,7 +192,7 @@ class PacketVideoSource:
                 yield taken(picture)
         except FFmpegError:
             self._undecodable += 1
-        # FFmpeg says nothing of pictures that it leaves out because what they refer to is not there.
+        # FFmpeg does not report pictures that it leaves out because a reference is missing.
         self._swallowed = max(expected - given - (self._undecodable - refused), 0)
 
     def _lost(self, late: int) -> Iterator[str]:
@@ -234,7 +235,7 @@ class PacketVideoSource:
 
 
 def reorders(packets: Iterable[bytes], codec_name: str) -> bool:
-    """Whether a video shows pictures in another order than it has them, by its first packets."""
+    """Whether the first packets show that the order of decoding differs from that of presentation."""
     codec = _decoder(codec_name)
     for packet in packets:
         with suppress(FFmpegError):  # one before the first keyframe
@@ -253,7 +254,7 @@ def _decoder(codec_name: str) -> VideoCodecContext:
 
 
 def frame_rate_hz(times_ns: NDArray[np.int64]) -> float:
-    """Pictures per second from the median step of rising times."""
+    """Pictures per second from the median step of the times."""
     steps_ns = np.diff(times_ns)
     return NS_PER_S / float(np.median(steps_ns)) if len(steps_ns) else FALLBACK_RATE_HZ
 
@@ -268,5 +269,5 @@ def counted(pictures: int) -> str:
 
 
 def _hidden(packet: VideoPacket, limit_ns: int) -> VideoPacket:
-    """A packet that only feeds the decoder, no later than the frame that it stands before."""
+    """The packet marked as not shown, with a time not later than the frame that it precedes."""
     return replace(packet, time_ns=min(packet.time_ns, limit_ns), shown=False)
